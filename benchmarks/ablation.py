@@ -13,7 +13,8 @@ with --rubble walls of 60 and 200 stones; with --space random ones in space, fro
 Each name has a row that compares with the methods as they are: answers, incremental load factors and exact
 states lost (and gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb
 answer that is lower is better), and the ratios of steps and of processor time.
---constants makes each number that the push, exact states and "mcp" name three times smaller and larger.
+--constants makes each number that exact states and "coulomb" name three times smaller and larger; for those
+of the incremental analysis see benchmarks/incremental.py.
 """
 
 import argparse
@@ -45,8 +46,6 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.answer.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.answer.reasons import Code  # noqa: E402
 from masonry_opt.answer.thresholds import SAME  # noqa: E402
-from masonry_opt.methods.push.growth import grown  # noqa: E402
-from masonry_opt.methods.push.push import _GROWN, Elastic, Ended  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 
 #: First seeds of the random scenes, above all that anything was tuned on; and of those for constants.
@@ -59,10 +58,10 @@ CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
 MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
-    "mcp": {"expected": True},
-    "compliant": {},
-    "forces": {"method": "mcp"},
-    "search": {"method": "refined", "search": 2.0},
+    "coulomb": {"incremental": True},
+    "incremental": {},
+    "forces": {"method": "coulomb"},
+    "search": {"method": "coulomb", "search": 2.0},
     "global": {"time_limit": 5.0},
 }
 
@@ -100,19 +99,18 @@ _TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.matrices:SIDES"
 
 #: What concerns blocks in space alone, as in ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
-    "softer-contacts": ("mcp", {"push.compliant:SOFT": inf}),
-    "slowly-rising-weight": ("mcp", {_WEIGHTS: lambda old: old[1:]}),
-    "heavy-weight-next": ("mcp", {_WEIGHTS: lambda old: old[:1]}),
-    "rising-to-1e6": ("mcp", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
-    "seven-rises": ("mcp", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
-    "weights-from-3": ("mcp", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
-    "rougher-tolerances": ("mcp", {_TOLERANCES: lambda old: old[:1]}),
-    "roughest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[:2]}),
-    "tightest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[1:]}),
-    "programs-nearly-solved": ("mcp", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
-    "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
-    "sixteen-sides": ("mcp", {_SIDES: 16}),
-    "thirty-two-sides": ("mcp", {_SIDES: 32}),
+    "slowly-rising-weight": ("coulomb", {_WEIGHTS: lambda old: old[1:]}),
+    "heavy-weight-next": ("coulomb", {_WEIGHTS: lambda old: old[:1]}),
+    "rising-to-1e6": ("coulomb", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
+    "seven-rises": ("coulomb", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
+    "weights-from-3": ("coulomb", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
+    "rougher-tolerances": ("coulomb", {_TOLERANCES: lambda old: old[:1]}),
+    "roughest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[:2]}),
+    "tightest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[1:]}),
+    "programs-nearly-solved": ("coulomb", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
+    "energy-left": ("coulomb", {"exact.alternation:_LEFT": 1e-8}),
+    "sixteen-sides": ("coulomb", {_SIDES: 16}),
+    "thirty-two-sides": ("coulomb", {_SIDES: 32}),
     "search-random-forces-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("random forces")}),
     "search-self-stress-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("self-stress")}),
     "search-loads-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("loads")}),
@@ -137,31 +135,19 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-weighs-10": ("rough", {_ENERGY: lambda old: (10.0, *old[1:])}),
     "energy-weighs-100": ("rough", {_ENERGY: lambda old: (100.0, *old[1:])}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
-    "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
-    "further-starts": ("mcp", {"mcp.method:SMALL": 0}),
-    "hundred-in-a-row": ("mcp", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
-    "random-forces": ("mcp", {_SEARCH + "_KINDS": _without("random forces")}),
-    "neighbours": ("mcp", {_SEARCH + "_KINDS": _without("neighbour")}),
-    "fixed-points": ("mcp", {_SEARCH + "_KINDS": _without("fixed point")}),
-    "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "random-costs": ("mcp", {"exact.refiner:_RANDOM": 0.0}),
-    "rates-at-work": ("mcp", {"exact.refiner:_AT_WORK": 1e-9}),
-    "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
-    "descent-of-larger-scenes": ("mcp", {"mcp.method:_SIMPLEX_UP_TO": 60}),
-    **{
-        name: ("compliant", {"push." + of: value})
-        for name, of, value in (
-            ("one-rounding", "push:_ROUNDINGS", (0.01,)),
-            ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
-            ("sharpened-by-hundreds", "path:_FALLS", 0.01),
-            ("no-roots-of-falls", "path:_GENTLE", 0.1),
-            ("digits-of-trial-forces", "path:_DIGITS", 0.0),
-        )
-    },
-    "coarse-path-beside": ("mcp", {"push.push:Elastic.beside": lambda old: lambda elastic: None}),
-    "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
-    "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
-    "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
+    "energy-weighs-100-in-repairs": ("coulomb", {"exact.refiner:WEIGHT": 100.0}),
+    "further-starts": ("coulomb", {"coulomb.steps:SMALL": 0}),
+    "hundred-in-a-row": ("coulomb", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
+    "random-forces": ("coulomb", {_SEARCH + "_KINDS": _without("random forces")}),
+    "neighbours": ("coulomb", {_SEARCH + "_KINDS": _without("neighbour")}),
+    "fixed-points": ("coulomb", {_SEARCH + "_KINDS": _without("fixed point")}),
+    "fixed-points-settle": ("coulomb", {_SEARCH + "_MOST_ITERATIONS": 1}),
+    "random-costs": ("coulomb", {"exact.refiner:_RANDOM": 0.0}),
+    "rates-at-work": ("coulomb", {"exact.refiner:_AT_WORK": 1e-9}),
+    "two-repairs": ("coulomb", {"exact.refiner:_REPAIRS": 1}),
+    "one-alternation": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
+    "light-energy-first": ("coulomb", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
+    "a-heavier-energy": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
     "search-neighbours": ("search", {_SEARCH + "_KINDS": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_KINDS": _without("fixed point")}),
     "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
@@ -175,23 +161,24 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Measured:
-    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "compliant"
-    whether it is at a ray; processor time; of a push the highest λ on its way."""
+    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "incremental"
+    whether it is exact; processor time."""
 
     value: float | None
     exact: bool
-    expected: bool
+    incremental: bool
     steps: int
     seconds: float
-    peak: float | None = None
 
 
 def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
-    result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
+    result = mo.solve(scene, **{"method": name, "incremental": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
-    exact = result.exact or any(reason.code is Code.RAY for reason in result.reasons)
-    return Measured(value, exact, result.expected is not None, result.iterations, time.process_time() - began)
+    exact = result.exact or any(reason.code is Code.COLLAPSE for reason in result.reasons)
+    return Measured(
+        value, exact, result.incremental is not None, result.iterations, time.process_time() - began
+    )
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
@@ -247,7 +234,7 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
     change = np.array([(new - old) / max(abs(old), SMALLEST) for old, new in both])  # type: ignore[operator]
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
-    expected = sum(new.expected for new in after) - sum(old.expected for old in before)
+    expected = sum(new.incremental for new in after) - sum(old.incremental for old in before)
     told = [f"answers {answers:+d}", f"exact {exact:+d}", f"incremental {expected:+d}"]
     for word, part in (("higher", 100 * change[change > SAME]), ("lower", -100 * change[change < -SAME])):
         by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
@@ -286,8 +273,7 @@ def main(asked: argparse.Namespace) -> None:
 
 #: Where else a constant stands, as in ``ABLATIONS``: imported, or as a default, and which.
 ELSEWHERE: dict[str, tuple[Any, ...]] = {
-    "_LAST": ("push.path:Curve.sharper.__defaults__", 0),
-    "SMALL": ("mcp.method:SMALL",),
+    "SMALL": ("coulomb.steps:SMALL",),
     "WEIGHT": ("exact.refiner:WEIGHT",),
 }
 
@@ -299,7 +285,7 @@ def constants(modules: list[str]) -> Iterator[tuple[str, str, tuple[Any, ...], A
     """Module, name, place in tuples and value of each number that these modules name, and do not import."""
     for path in sorted((ROOT / "masonry_opt" / "methods").glob("*/*.py")):
         module, source = f"{path.parent.name}.{path.stem}", path.read_text()
-        if module.startswith(("push.", "exact.", "mcp.")) and module.startswith(tuple(modules)):
+        if module.startswith(("exact.", "coulomb.")) and module.startswith(tuple(modules)):
             of = vars(import_module(f"masonry_opt.methods.{module}"))
             for line in re.findall(r"^_?[A-Z][^=(\n]* = ", source, re.MULTILINE):
                 for name in re.findall(r"\b_?[A-Z][_A-Z]+\b", line):
@@ -328,23 +314,9 @@ def around(number: Any) -> tuple[Any, Any]:
     return (round(less), round(more)) if isinstance(number, int) else (less, more)
 
 
-def _pushed(problem: Any) -> Measured:
-    began, pushed = time.process_time(), Elastic(problem).pushed()
-    ended = pushed.ended in (Ended.RAY, Ended.LEVEL, Ended.JAM)
-    value = pushed.answer and pushed.answer.load_factor
-    return Measured(value, ended, value is not None, 0, time.process_time() - began, pushed.peak)
-
-
-def _grown(problem: Any) -> Measured:
-    began = time.process_time()
-    growth = grown(Elastic(problem).curve.rounded_by(_GROWN), lambda *_: None)
-    value, ended = growth and growth.carried / problem.live_norm, bool(growth and growth.beyond)
-    return Measured(value, ended, ended, 0, time.process_time() - began)
-
-
 def cells(*both: list[Measured]) -> list[str]:
-    """Runs that lose and gain an answer, λ or peaks that change, by how much at most, time over time."""
-    was, now = (np.array([[run.value, run.peak, run.exact or None] for run in of], float) for of in both)
+    """Runs that lose and gain an answer, load factors that change, by how much at most, time over time."""
+    was, now = (np.array([[run.value, run.exact or None] for run in of], float) for of in both)
     less, more = ((np.isnan(b) > np.isnan(a)).any(axis=1).sum() for a, b in ((was, now), (now, was)))
     change = np.nan_to_num(np.abs(now - was) / np.maximum(np.abs(was), SMALLEST)).max(axis=1)
     before, after = (sum(run.seconds for run in of) for of in both)
@@ -356,14 +328,14 @@ def through_constants(asked: argparse.Namespace) -> None:
     walls = [mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml") for number in range(1, 7)]
     seeds = range(FIRST_FOR_CONSTANTS, FIRST_FOR_CONSTANTS + asked.random)
     small = [one for kind in KINDS for seed in seeds if _hangs_together(one := random_scene(kind, seed))]
-    stones = [rubble(60, FIRST_FOR_CONSTANTS + number) for number in (0, 1, 3, 4, 5, 2)]  # 2 takes longest
-    corners = [corner_wall(3, 2, 4), corner_wall(4, 3, 6)]
-    few = [*corners[:1], *walls[:5], *(scene for scene in small if assemble(scene).problem.joints <= 60)]
+    few = [
+        corner_wall(3, 2, 4),
+        *walls[:5],
+        *(scene for scene in small if assemble(scene).problem.joints <= 60),
+    ]
     runs: dict[str, tuple[Callable[[Any], Measured], list[Any]]] = {
-        "_IN_SPACE": (partial(measured, name="mcp"), few[:1]),
-        "push.growth": (_grown, [assemble(scene).problem for scene in (*stones, *corners)]),
-        "push.": (_pushed, [assemble(scene).problem for scene in (*walls, *small, *stones[:4], *corners)]),
-        "": (partial(measured, name="mcp"), few),
+        "_IN_SPACE": (partial(measured, name="coulomb"), few[:1]),
+        "": (partial(measured, name="coulomb"), few),
     }
     before = {part: [run(of) for of in chosen] for part, (run, chosen) in runs.items()}
     print("| constant | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |\n" + "|---" * 8 + "|")
@@ -398,6 +370,6 @@ if __name__ == "__main__":
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")
     parser.add_argument("--verbose", "-v", action="store_true", help="name each scene that ends elsewhere")
-    parser.add_argument("--constants", nargs="*", metavar="MODULE", help="of modules, as push.path; or all")
+    parser.add_argument("--constants", nargs="*", metavar="MODULE", help="as exact.search; or all")
     asked = parser.parse_args()
     main(asked) if asked.constants is None else through_constants(asked)

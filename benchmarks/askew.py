@@ -58,7 +58,7 @@ def walls(make: Callable[[int], mo.Scene], number: int) -> Iterator[tuple[mo.Sce
             result = mo.solve(scene)
         except mo.CaseError:
             continue
-        known = result.load_factor, result.expected, result.associative
+        known = result.load_factor, result.incremental, result.associative
         if None in known or min(known) < 0.01 or result.load_factor > MATTERS * result.associative:
             continue
         found += 1
@@ -95,12 +95,12 @@ def main() -> None:
         *walls(lambda seed: openings(40, seed), asked.openings),
         *walls(lambda seed: random_scene_in_space("boxes", seed), asked.space),
     ]
-    expected = [result.expected for _, result in found]
+    expected = [result.incremental for _, result in found]
     if asked.dynamics:
         print("scene,incremental,dynamics")
         for number, (scene, result) in enumerate(found):
-            expected[number] = collapse_load(scene, HIGHEST * result.expected, patient(result.expected))
-            print(scene.title, f"{result.expected:.5f}", f"{expected[number]:.5f}", sep=",", flush=True)
+            expected[number] = collapse_load(scene, HIGHEST * result.incremental, patient(result.incremental))
+            print(scene.title, f"{result.incremental:.5f}", f"{expected[number]:.5f}", sep=",", flush=True)
     print("scene,error,copy,turn,lowest,lowest/exact,incremental/exact", flush=True)
     agree = {error: np.zeros(3, dtype=int) for error in ERRORS}
     for (scene, exact), load in zip(found, expected, strict=True):
@@ -108,7 +108,7 @@ def main() -> None:
             for copy in range(asked.copies):
                 result = mo.solve(with_errors(scene, error, copy))
                 turn = result.assembly.joints.turn.max()
-                ratios = ratio(result.load_factor, exact.load_factor), ratio(result.expected, load)
+                ratios = ratio(result.load_factor, exact.load_factor), ratio(result.incremental, load)
                 agree[error] += [1, *(abs(value - 1) <= AGREE for value in ratios)]
                 numbers = f"{turn:.1e},{exact.load_factor:.5f},{ratios[0]:.4f},{ratios[1]:.4f}"
                 print(scene.title, error, copy, numbers, sep=",", flush=True)

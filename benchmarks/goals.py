@@ -41,7 +41,7 @@ JAMMED = 100
 EXACT = {"exact to 1e-08 λ": 1e-8, "to 1e-06": 1e-6, "to 1e-05": 1e-5}
 
 #: Colours of what is found, from the best on; what is left of a bar has none.
-EXPECTED = {"ray": BLUE, "a load that grew": SKY_BLUE}
+ENDS = {"exact state": BLUE, "range": SKY_BLUE}
 STATES = dict(zip(EXACT, (BLUE, SKY_BLUE, ORANGE), strict=True))
 
 
@@ -63,21 +63,21 @@ def line(name: str, stones: int, seed: int, scene: mo.Scene) -> dict[str, Any]:
     """What the default finds of a scene, and in what time. Small scenes have no number of stones, but 0."""
     _, static = timed(scene, method="static")
     result, seconds = timed(scene)
-    codes = [said.code for said in result.expected_reasons]
-    sure, off = EXPECTED
-    if result.expected is not None:
-        incremental = sure if Code.RAY in codes else off
+    codes = [said.code for said in result.incremental_reasons]
+    sure, off = ENDS
+    if result.incremental is not None:
+        ended = sure if Code.COLLAPSE in codes else off
     else:
-        incremental = f"none: {', '.join(codes) or result.status}"
+        ended = f"none: {', '.join(codes) or result.status}"
     return {
         "scenes": name,
         "stones": stones,
         "seed": seed,
         "joints": result.size.joints,
         "state": how_exact(result),
-        "incremental": incremental,
+        "ended": ended,
         "load_factor": result.load_factor,
-        "expected": result.expected,
+        "incremental": result.incremental,
         "associative": result.associative,
         "steps": result.iterations,
         "seconds": seconds,
@@ -98,7 +98,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[tuple[str, int, int, mo.Scene]
 def tell(lines: pd.DataFrame) -> None:
     """Print a line a set of scenes."""
     for name, of in lines.groupby("scenes", sort=False):
-        states, expected = (of[column].value_counts().to_dict() for column in ("state", "incremental"))
+        states, expected = (of[column].value_counts().to_dict() for column in ("state", "ended"))
         ratio = of["seconds"] / of["static_seconds"]
         print(f"{name} ({len(of)}): {states}; incremental: {expected};", end=" ")
         print(f"time × {ratio.median():.1f}, half {ratio.quantile(0.25):.1f} to", end=" ")
@@ -111,7 +111,7 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
     by_size = rubbles.groupby("stones")
     names = [f"{size:,}\n({len(of)})" for size, of in by_size]
     figure, (expected, states, times) = plt.subplots(1, 3, figsize=(10, 4.4), layout="constrained")
-    for axes, column, colours in ((expected, "incremental", EXPECTED), (states, "state", STATES)):
+    for axes, column, colours in ((expected, "ended", ENDS), (states, "state", STATES)):
         shares = 100 * by_size[column].value_counts(normalize=True).unstack(fill_value=0.0)
         _stack(axes, names, shares.reindex(columns=list(colours), fill_value=0.0), colours)
     expected.set_title("an incremental load factor")

@@ -63,7 +63,7 @@ def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, int, mo.S
         seed += 1
 
 
-def lowest_of(scene: mo.Scene, method: str = "mcp", **options: Any) -> float | None:
+def lowest_of(scene: mo.Scene, method: str = "coulomb", **options: Any) -> float | None:
     """Return the load factor of a method, or None where it has none."""
     try:
         return mo.solve(scene, method, **options).load_factor
@@ -88,11 +88,11 @@ def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse
     starts = [reason.values for reason in result.reasons if reason.code is Code.STATES_MET]
     row |= {"joints": result.assembly.problem.joints, "status": str(result.status)}
     row |= {"default": result.load_factor, "starts": starts[0]["candidates"] if starts else 0}
-    row |= {"incremental": result.expected, "associative": result.associative}
+    row |= {"incremental": result.incremental, "associative": result.associative}
     if result.load_factor is None:
         return row
     if asked.search:
-        row["search"] = lowest_of(scene, "refined", search=float(asked.search))
+        row["search"] = lowest_of(scene, "coulomb", search=float(asked.search))
     if asked.orders and family == "plane":
         rng = np.random.default_rng(seed)
         orders = [rng.permutation(len(scene.blocks)) for _ in range(asked.orders)]

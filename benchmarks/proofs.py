@@ -89,7 +89,7 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
     try:
-        result = mo.solve(scene, expected=False)
+        result = mo.solve(scene, incremental=False)
     except mo.MasonryError as error:
         return row | {"why": type(error).__name__}
     answer = result.solution.answer

@@ -1,7 +1,7 @@
 """How fast, and how good, are answers for blocks in space?
 
     python benchmarks/space.py associative         # by cones, up to 5,000 blocks
-    python benchmarks/space.py walls --most 100    # compliant and default, corner walls and façades
+    python benchmarks/space.py walls --most 100    # incremental and default, corner walls and façades
     python benchmarks/space.py sides               # polygons against cones: docs/space_sides.png
     python benchmarks/space.py random --seeds 50   # certified, proven to have none, or open
     python benchmarks/space.py vaults              # from an OBJ of 199 stones to the page
@@ -117,7 +117,7 @@ def associative(_: argparse.Namespace) -> None:
 
 
 def walls(asked: argparse.Namespace) -> None:
-    """Method compliant and the default, with what their states leave of complementarity."""
+    """Method incremental and the default, with what their states leave of complementarity."""
     head(
         *("wall", "blocks", "μ", "associative", "incremental", "steps", "s", "default", "steps", "s"),
         *("complementarity", "over the lowest known", "how they ended"),
@@ -127,12 +127,12 @@ def walls(asked: argparse.Namespace) -> None:
     for name, make, blocks, size in scenes:
         for friction in (0.6, 0.4) if asked.least <= blocks <= asked.most else ():
             scene = make(*size, friction)
-            expected, soft_seconds = timed(scene, "compliant")
+            expected, soft_seconds = timed(scene, "incremental")
             if blocks > asked.most_default:
                 row(name, blocks, friction, expected.associative, expected.load_factor)
                 print(f"    steps {expected.iterations}, {soft_seconds:.1f} s, {codes(expected)}", flush=True)
                 continue
-            result, seconds = timed(scene, "mcp")
+            result, seconds = timed(scene, "coulomb")
             known = LEAST.get((blocks, friction)) if make is corner_wall else None
             over = result.load_factor / known if known and result.load_factor else None
             row(
@@ -162,7 +162,7 @@ def sides(asked: argparse.Namespace) -> None:
         for count in (8, 16, own, 32):
             matrices.SIDES = count
             polygons, seconds = associative_of(assemble(scene).problem)
-            soft, soft_seconds = timed(scene, "compliant")
+            soft, soft_seconds = timed(scene, "incremental")
             found[count] = 100 * (1 - polygons / cones), seconds
             told = soft.load_factor, soft.iterations, round(soft_seconds, 2)
             row(blocks, friction, count, polygons, round(found[count][0], 3), round(seconds, 2), *told)
@@ -215,7 +215,7 @@ def random(asked: argparse.Namespace) -> None:
         scene = random_scene_in_space(kind, seed)
         try:
             static = mo.solve(scene, "static")
-            result, took = timed(scene, "mcp")
+            result, took = timed(scene, "coulomb")
         except Exception as error:
             ends[kind]["wrong: raises"] += 1
             print(f"    {kind} {seed}: {type(error).__name__}: {str(error)[:300]}", flush=True)
@@ -224,7 +224,7 @@ def random(asked: argparse.Namespace) -> None:
         ends[kind][end] += 1
         seconds[kind].append(took)
         if asked.verbose or not end.startswith(("certified", "proven")):
-            told = f"{static.load_factor} {result.expected} {result.load_factor} {took:.1f} s"
+            told = f"{static.load_factor} {result.incremental} {result.load_factor} {took:.1f} s"
             size = result.assembly.problem.blocks
             print(
                 f"    {kind} {seed}: {end}; {size} blocks; {told}; {codes(static)}; {codes(result)}",
@@ -278,11 +278,11 @@ def vaults(_: argparse.Namespace) -> None:
             began = time.process_time()
             scene = mo.read_mesh(mesh, unit_weight=20, live=live, friction=friction)
             reading = time.process_time() - began
-            result, seconds = timed(scene, "mcp")
+            result, seconds = timed(scene, "coulomb")
             began = time.process_time()
             result.save(Path(folder, "vault.html"))
             drawing = time.process_time() - began
-        told = result.load_factor, result.expected, result.associative
+        told = result.load_factor, result.incremental, result.associative
         row(thickness, friction, live, *(round(part, 1) for part in (reading, seconds, drawing)), *told)
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/verdicts.py --random 40 --time-limit 10
     python benchmarks/verdicts.py --no-atlas --stones 60,200 --seeds 2 \\
-        --methods nonassociative,mcp --solvers clarabel
+        --methods nonassociative,coulomb --solvers clarabel
 
 Compares as `masonry-opt compare` does, on the failure atlas (tests/atlas), whose right answers are known, and
 on random scenes; an interrupted run continues. Lowest exact states known: tests/atlas/best_known.toml.
@@ -48,7 +48,7 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--random", type=int, default=0, help="so many small random scenes, by seed")
     parser.add_argument("--stones", default="", help="large random scenes of so many stones: 60,200")
     parser.add_argument("--seeds", type=int, default=1, help="how many of each")
-    parser.add_argument("--methods", default="static,nonassociative,mcp")
+    parser.add_argument("--methods", default="static,nonassociative,coulomb")
     parser.add_argument("--solvers", default="clarabel,highs")
     parser.add_argument("--time-limit", type=float, default=60.0, help="seconds a run")
     parser.add_argument("--out", type=Path, default=Path("results/verdicts"))

@@ -1,6 +1,7 @@
-"""``solve``: assemble a scene, check that it stands, run a method, accept its answer.
+"""Function ``solve``: assemble a scene, check its dead load, run a method and accept the method's answer.
 
-Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
+Importing modelling languages takes seconds. Modules that declare or solve programs are therefore imported in
+the functions that use them.
 """
 
 from dataclasses import dataclass, field, replace
@@ -15,12 +16,12 @@ from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO, same
+from masonry_opt.answer.thresholds import SAME, ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.exact.settings import SEARCH
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO
-from masonry_opt.methods.push.push import Elastic, elastic_of
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -30,18 +31,29 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import MATRICES, find_solver
+from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
-#: Joints up to which the associative load factor is computed beside: beyond, it takes 15 seconds to minutes.
-_BESIDE_UP_TO = 40_000
+#: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
+#: answer. With more joints the computation takes from 15 seconds to minutes.
+_MOST_JOINTS_ASSOCIATIVE = 40_000
 
-#: Joints up to which a live load is asked for that does no work, where a method finds no load factor; and
-#: those up to which contacts at rest are asked whether a scene stands: beyond, they take longer to fall.
-_NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
+#: Largest number of joints with which a collapse without work of the live load is looked for, if a method
+#: finds no load factor.
+_MOST_JOINTS_NO_WORK = 8000
 
-_EXPECTED = "compliant"  #: The method whose answer is the incremental load factor.
+#: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
+#: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
+_MOST_JOINTS_AT_REST = 500
 
-#: Ways to give a live load, by dimension.
-_WAYS = {
+#: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
+#: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
+NO_WORK = 1e-3
+
+#: Name of the method whose answer is the incremental load factor.
+_INCREMENTAL = "incremental"
+
+#: Keys of a case file that define a live load, in words, by dimension.
+_LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
     'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
     3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
@@ -50,145 +62,162 @@ _WAYS = {
 
 @dataclass
 class Session:
-    """A way to solve, to which scenes are given one after the other."""
+    """Session that solves several scenes, one after the other, with one method and its options."""
 
-    how: HowToSolve  #: with which method, solver and options
-    #: Compiled programs for scenes that differ in joint properties alone, matrices for those that differ in
-    #: loads, if it keeps any. No answer depends on earlier scenes; their forces may show that one stands.
+    how: HowToSolve  #: method, solver and options
+    #: Compiled programs for scenes that differ only in joint properties, and matrices for scenes that differ
+    #: only in loads, if the session keeps any. Answers do not depend on earlier scenes. Forces of an earlier
+    #: scene may show that a scene is stable.
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
 
     @property
     def method(self) -> Method:
-        """The method."""
+        """Method of the session."""
         return self.how.chosen
 
-    def without_expected(self) -> "Session":
+    def without_incremental(self) -> "Session":
         """Return a session that does not compute the incremental load factor."""
-        return replace(self, how=replace(self.how, expected=False))
+        return replace(self, how=replace(self.how, incremental=False))
 
     def solve(
         self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
     ) -> Result:
-        """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes."""
+        """Return the result of a scene. Raises the errors that :func:`solve` raises for scenes."""
         effort = effort or Effort()
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """The result of a scene that does not stand under its dead load; None if it stands."""
-        solution = self._unless_it_stands(assembly, effort)
+        """Return the result of a scene that is unstable under its dead load; None if it is stable."""
+        solution = self._solve_dead_load(assembly, effort)
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
-        """The result of a scene that is known to stand; raises as ``solve``."""
+        """Return the result of a scene that is known to be stable under its dead load.
+
+        Raises the errors that :func:`solve` raises for scenes.
+        """
         refuse_unsuited(self.method, assembly)
         return self.result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
-        """A solution as a result."""
+        """Return a solution as a result."""
         own, other = self.how.engine, solution.solver
         solver = own if other is None or other.language == own.language else other
         return make_result(assembly, solution, effort, self.method.name, solver)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
-        """The same, as matrices and numbers without names and units."""
+        """Return the assembly and the solution of a scene, without names and units."""
         effort.begins("finding joints")
         with effort.measure("scene"):
-            kept = None if self._last is None else on_matrices_of(self._last, scene)
-            assembly = kept or assemble(scene)
+            on_last_matrices = None if self._last is None else on_matrices_of(self._last, scene)
+            assembly = on_last_matrices or assemble(scene)
         if self.kept.keeps:
             self._last = assembly
         refuse_unsuited(self.method, assembly)
-        solution = self._unless_it_stands(assembly, effort)
+        solution = self._solve_dead_load(assembly, effort)
         return assembly, solution or self.pushed(assembly, progress, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """The solution of a scene that stands."""
-        problem, expected = assembly.problem, self._to_expect(assembly, effort)
+        """Return the solution of a scene that is stable under its dead load."""
+        problem, incremental = assembly.problem, self._solve_incremental(assembly, effort)
         effort.begins(f"method '{self.method.name}'")
-        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
-        solution = replace(_found(self.method, task), expected=expected).accepted()
-        solution = _judged(assembly, task, solution)
+        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
+        solution = replace(_run_method(self.method, task), incremental=incremental).accepted()
+        solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # The forces and velocities are those of no answer.
+        # The forces and velocities belong to no answer and are removed.
         return replace(solution, found=Found(forms=solution.found.forms))
 
-    def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """The solution of a scene that does not stand under its dead load; None if it stands."""
-        from masonry_opt.standing import diagnosis
-
+    def _solve_dead_load(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-        # The result names the solver; its programs and time count as those of the check.
-        own = effort.beside()
+        # The result names the solver. Its programs are not counted, and its time is that of this check.
+        own_effort = effort.beside()
+        with effort.measure("dead_load"):
+            if self._is_carried_at_rest(problem, own_effort):
+                return None
+        from masonry_opt.standing import diagnosis
+
         with effort.measure("dead_load"):
             try:
-                if self._comes_to_rest(problem, own):
-                    return None
-                falling = diagnosis.falling_mechanism(problem, solver, own, self.kept)
-            except diagnosis.DeadLoadUndecided as stopped:
-                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
+                falling = diagnosis.falling_mechanism(problem, solver, own_effort, self.kept)
+            except diagnosis.DeadLoadUndecided as error:
+                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values)
         if falling is None:
             return None
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
-            holds = diagnosis.what_would_hold(assembly, falling, solver, Effort())
+            remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
         found = Found(d=falling, forms=problem.by_cone.forms)
-        return replace(solution, found=found, reasons=(falls, *holds))
+        return replace(solution, found=found, reasons=(falls, *remedies))
 
     @property
-    def _expects(self) -> bool:
+    def _adds_incremental(self) -> bool:
         """Return True if the incremental load factor is computed in addition to the method's own."""
-        return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
+        return self.how.incremental and not self.method.associative and self.method.name != _INCREMENTAL
 
-    def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
-        """Whether forces with which contacts come to rest, where a push begins, carry the dead load. Asked of
-        small scenes that are pushed; not of many, where forces kept of those before show it at once."""
-        from masonry_opt.standing.diagnosis import DEAD_LOAD, carries
+    def _is_carried_at_rest(self, problem: Problem, effort: Effort) -> bool:
+        """Return True if the forces of elastic contacts at rest carry the dead load.
 
-        pushed = self._expects or self.method.name == _EXPECTED
-        small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
-        if self.kept.keeps or not (pushed and small):
+        The forces are computed only for small scenes whose load history is needed in any case. They are not
+        computed if the session keeps programs: forces of earlier scenes then decide at once.
+        """
+        needs_load_history = self._adds_incremental or self.method.name == _INCREMENTAL
+        is_small = problem.joints <= _MOST_JOINTS_AT_REST and not problem.dilatancy_depends_on_stress
+        if self.kept.keeps or not (needs_load_history and is_small):
             return False
-        rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
-        if rest is None or not carries(problem, rest):
+        forces = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
+        if forces is None or not carries(problem, forces):
             return False
         if problem.settled is None and problem.dead.any():
             effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
         return True
 
-    def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
-        and time stand apart from those of the method."""
-        if not self._expects:
+    def _solve_incremental(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """Return the solution of method "incremental", or a solution with the reason why it was not run.
+
+        None is returned if the incremental load factor is not asked for. The steps and time are separate from
+        those of the session's method.
+        """
+        if not self._adds_incremental:
             return None
-        method, problem = METHODS[_EXPECTED], assembly.problem
-        none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
+        method, problem = METHODS[_INCREMENTAL], assembly.problem
+        not_run = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
         if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
-            return none.telling(reason(Code.DILATANCY_FALLS))
-        if problem.joints > PUSHED_UP_TO:
-            return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
-        effort.begins("incremental analysis")
+            return not_run.telling(reason(Code.DILATANCY_FALLS))
+        if problem.joints > IncrementalSettings().most_joints:
+            return not_run.telling(reason(Code.NOT_COMPUTED, **size_of(problem)))
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "incremental analysis")
-        with effort.measure("expected"):
-            solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
-        return _unless_it_falls(assembly, solution)
+        with effort.measure("incremental"):
+            task = Task(problem, solver, effort=Effort(effort.begins), kept=self.kept)
+            solution = _run_method(method, task)
+        return _without_invalid_load_factor(assembly, solution)
 
 
 def refuse_without_live_load(assembly: Assembly) -> None:
-    """Raise CaseError if nothing carries a live load."""
+    """Raise CaseError if no block carries a live load."""
     if not assembly.problem.live_norm:
         raise CaseError(f"{assembly.scene.origin}: {_without_live_load(assembly.scene)}")
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
-    """Raise CaseError if nothing carries a live load, OptionError if no load case is named of a scene that
-    has any, or the method does not know such joints, or solids."""
+    """Raise an error if a method cannot solve a scene.
+
+    Raises
+    ------
+    CaseError
+        If no block carries a live load.
+    OptionError
+        If the scene has load cases and none was named. If the method does not support solids, limited forces,
+        limited strength, or dilatancy that falls with stress.
+    """
     problem, scene = assembly.problem, assembly.scene
     scene.refuse_without_case()
     refuse_without_live_load(assembly)
@@ -198,51 +227,66 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
     dilatancy = "dilatancy that falls with stress: use 'nonassociative', or leave 'dilatancy_stress' out"
     strength = "joints of limited strength: use another, or leave 'strength' out"
-    for what, there, said in (
+    for feature, is_present, sentence in (
         ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
         ("forces", problem.matrices.limited, f"forces of {roles}: use another, or leave these out"),
         ("strength", len(problem.crushing), strength),
     ):
-        if there and what in method.refuses:
-            raise OptionError(f"{named} does not know {said}")
+        if is_present and feature in method.refuses:
+            raise OptionError(f"{named} does not know {sentence}")
 
 
 def _without_live_load(scene: Scene) -> str:
-    """What is wrong, and what to do, where no block carries a live load."""
+    """Return the message for a scene in which no block carries a live load: what is wrong and what to do."""
     case = scene.load_case
-    named = f"load case '{case.name}': " if case is not None else ""
+    prefix = f"load case '{case.name}': " if case is not None else ""
     if scene.factor_of_axles and (scene.axles or case is not None):
         moves = "its axles move, and nothing else is a live load: use crossing (in Python mo.crossing), which"
-        return f"{named}{moves} finds their worst position"
+        return f"{prefix}{moves} finds their worst position"
     if case is not None:
-        found = f"nothing that it makes live ({case}) loads a block"
-        return f"{named}{found}: give another group of loads, or loads of these"
-    return f"no block carries a live load: give one {_WAYS[scene.dimension]}"
+        fault = f"nothing that it makes live ({case}) loads a block"
+        return f"{prefix}{fault}: give another group of loads, or loads of these"
+    return f"no block carries a live load: give one {_LIVE_LOAD_KEYS[scene.dimension]}"
 
 
-def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
-    """A solution without its load factor if that is below zero, or the dead load is not carried from rest."""
-    found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
-    rests = found is not None and not statics and _rests(assembly.problem, solution, found)
-    if solution.status is not Status.UNSTABLE and (found is None or (found >= -ZERO and (statics or rests))):
+def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
+    """Return a solution, without its load factor if the load factor is not valid.
+
+    A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
+    does not carry its dead load from rest.
+    """
+    load_factor = solution.load_factor
+    associative = solution.kind is Kind.ASSOCIATIVE
+    rests = load_factor is not None and not associative and _rests(assembly.problem, solution, load_factor)
+    is_valid = load_factor is None or (load_factor >= -ZERO and (associative or rests))
+    if solution.status is not Status.UNSTABLE and is_valid:
         return solution
     from masonry_opt.standing.existence import withdrawn
 
     return withdrawn(assembly, solution, rests)
 
 
-def _found(method: Method, task: Task) -> Solution:
+def _run_method(method: Method, task: Task) -> Solution:
     """Return the solution of a method.
 
-    If a Coulomb method finds no load factor, a collapse in which the live load does no work is looked for. It
-    is looked for first if the incremental load factor is of such a collapse.
+    A collapse in which the live load does no work is looked for in three cases:
+
+    - before the method runs, if the incremental load factor is that of such a collapse;
+    - if a Coulomb method finds no load factor;
+    - if a load history ends in a range, with a motion of such a collapse. The exact load factor then replaces
+      the range if it is inside the range.
     """
-    before, expected = None, task.expected
-    if expected is None or not expected.has(Code.NO_WORK):
+    before, incremental = None, task.incremental
+    if incremental is None or not incremental.has(Code.NO_WORK):
         before = method.run(task)
+        # A method that seeks exact states answers by the load history only if it finds none.
+        has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
+        if not has_no_state and _ends_without_work(task.problem, before):
+            return _exact_without_work(task, method, before)
         falls = before.status is Status.UNSTABLE
-        decided = (before.answer and not before.failing()) or before.proven_none or falls
-        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _NO_WORK_UP_TO:
+        has_answer = before.answer is not None and not before.failing() and not has_no_state
+        is_decided = has_answer or before.proven_none or falls
+        if is_decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _MOST_JOINTS_NO_WORK:
             return before
         from masonry_opt.methods.associative import with_associative
 
@@ -254,48 +298,88 @@ def _found(method: Method, task: Task) -> Solution:
     return without_work(task, method.run, before) or before or method.run(task)
 
 
+def _ends_without_work(problem: Problem, solution: Solution) -> bool:
+    """Return True if a load history ends in a range, with a motion in which the live load does no work."""
+    if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
+        return False
+    sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
+    return bool(problem.live @ solution.d <= NO_WORK * sizes)
+
+
+def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
+    """Return the exact collapse without work of the live load, if it is in the range of ``before``.
+
+    Else ``before`` is returned, the solution with the range.
+    """
+    from masonry_opt.methods.no_work import without_work
+
+    exact = without_work(task, method.run, before)
+    limits = before.values_of(Code.RANGE)
+    if exact is None or exact.load_factor is None:
+        return before
+    is_within = limits["carried"] * (1 - SAME) <= exact.load_factor <= limits["not_carried"] * (1 + SAME)
+    return exact if is_within else before
+
+
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     """Return True if a scene carries its dead load from rest.
 
-    The preload, if it is known, or statics that fix all forces show it; or else the incremental load factor.
-    Elastic contacts are computed only if a load factor near zero was found.
+    The tests, in this order:
+
+    1. A known preload, or statics that fix all forces, show that the dead load is carried.
+    2. The status of the incremental analysis decides, if it ended with a collapse or an unstable dead load.
+    3. The dead load counts as carried if the load factor is not near zero.
+    4. Else the preload of elastic contacts is computed.
     """
     if problem.settled is not None or problem.statics_fix_forces:
         return True
-    expected = solution.expected
-    if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
-        return expected.status.usable
-    return min(load_factor, solution.below_zero) > SMALLEST or Elastic(problem).settled is not None
+    incremental = solution.incremental
+    if incremental is not None and incremental.status in (Status.CONVERGED, Status.UNSTABLE):
+        return incremental.status.usable
+    if min(load_factor, solution.below_zero) > SMALLEST:
+        return True
+    return IncrementalAnalysis(problem).preload_forces is not None
 
 
-def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """A Coulomb answer with the associative load factor beside it; without a load factor ≥ 0, why."""
-    by_statics, small = solution.kind is Kind.ASSOCIATIVE, task.problem.joints <= _BESIDE_UP_TO
-    if small and not by_statics and not solution.proven_none:
-        # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
+def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
+    """Return a solution with the associative load factor; without a load factor ≥ 0, with the reasons.
+
+    The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
+    is proven that no load factor exists: statics then carry any multiple of the live load.
+    """
+    is_associative = solution.kind is Kind.ASSOCIATIVE
+    is_small = task.problem.joints <= _MOST_JOINTS_ASSOCIATIVE
+    if is_small and not is_associative and not solution.proven_none:
         from masonry_opt.methods.associative import with_associative
 
         solution = with_associative(task, solution)
-    expected = solution.expected
-    if expected is not None:
-        expected = replace(expected, associative=solution.associative_value)
-    solution = _unless_it_falls(assembly, replace(solution, expected=expected))
+    incremental = solution.incremental
+    if incremental is not None:
+        incremental = replace(incremental, associative=solution.associative_value)
+    solution = _without_invalid_load_factor(assembly, replace(solution, incremental=incremental))
     if solution.load_factor is not None:
         return _with_few_starts(task.problem, _with_only_state(task.problem, solution))
     from masonry_opt.standing.existence import explained
 
-    solution = explained(assembly, solution, task.solver, task.effort, by_statics)
-    if expected is None or expected.load_factor is None or not solution.proven_none:
+    solution = explained(assembly, solution, task.solver, task.effort, is_associative)
+    if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # A load factor of elastic contacts that lock later is no collapse.
-    expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
-    return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
+    # It is proven that no collapse exists: the incremental load factor is that of contacts that lock later.
+    incremental = replace(
+        incremental,
+        found=Found(),
+        status=solution.status,
+        reasons=solution.reasons,
+        followed_to_end=False,
+        peak=None,
+    )
+    return replace(solution, incremental=incremental)
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Return a solution that records if no other load factor above zero can be one of collapse."""
+    """Return a solution that records if a collapse at another load factor above zero is excluded."""
     load_factor = solution.load_factor
-    if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.COMPLIANT):
+    if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
     return replace(solution, is_only_state=is_only_load_factor(problem, load_factor))
 
@@ -303,19 +387,19 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     """Return a solution with a reason if its three load factors agree after few starts.
 
-    The agreement is little evidence where equilibrium does not fix the forces: other forces may lead to
-    lower states. If all joints follow associative flow, all exact states have one load factor. The reason of
-    a search states the number of its starts.
+    Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
+    reason is added if all joints follow associative flow, because all exact states then have one load factor.
+    No reason is added after a search, whose own reason states the number of starts.
     """
     starts = solution.starts
-    lowest, expected, associative = solution.load_factor, solution.expected, solution.associative
+    lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative
     if starts is None or starts >= SEARCH.few_starts or solution.has(Code.SEARCHED):
         return solution
-    if lowest is None or associative is None or expected is None or expected.load_factor is None:
+    if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution
-    agree = same(lowest, expected.load_factor) and same(lowest, associative)
-    unique = problem.statics_fix_forces or np.array_equal(problem.dilatancy, problem.friction)
-    if not agree or unique:
+    load_factors_agree = same(lowest, incremental.load_factor) and same(lowest, associative)
+    is_unique = problem.statics_fix_forces or np.array_equal(problem.dilatancy, problem.friction)
+    if not load_factors_agree or is_unique:
         return solution
     return solution.telling(reason(Code.FEW_STARTS, candidates=starts))
 
@@ -327,7 +411,7 @@ def solve(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
-    expected: bool = True,
+    incremental: bool = True,
     load_case: str | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
@@ -338,50 +422,58 @@ def solve(
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    method: "mcp" (the default: the lowest of a few exact collapse states of Coulomb friction; where dilatancy
-        falls with stress, the loop), "compliant" (the incremental load factor, at which equilibrium is lost
-        as the live load is raised from rest, with elastic contacts), "nonassociative" (Coulomb: the loop of
-        linear programs), "static" or "kinematic" (associative: one linear program), "mpec" (a local minimum
-        near the loop's load factor, by IPOPT), "refined" (lower exact states by linear programs, and by a
-        search if asked), or "global" (proven bounds of the least load factor, on small scenes).
-    model: Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
-        there for "static", "kinematic" and "nonassociative". "mcp" and "compliant", which declare nothing,
-        take "matrices".
-    solver: For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
-        (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
-    tolerance: Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With
-        cones of friction in space the associative answer may be a state short of it: the reasons then say so.
-    expected: Whether Coulomb methods also compute the incremental load factor, by method "compliant" (up to
-        3000 joints, in space contact points).
-    load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
-        all.
-    progress:
-        Called with every step of the method: :class:`~.push.push.PushStep`,
-        :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
-        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
-    phases: Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
-    **options:
-        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
-        :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
-        :class:`~.bracket.bracket.GlobalOptions`.
+    method: Name of the method. Methods for joints with Coulomb friction, which do not open as they slide:
+
+        - "coulomb", the default: the lowest of several exact collapse states; the loop if dilatancy falls
+          with stress.
+        - "incremental": the load factor at which equilibrium is lost as the live load is raised from rest,
+          with elastic contacts.
+        - "nonassociative": the loop of linear programs by Gilbert, Casapulla and Ahmed (2006).
+        - "mpec": a local minimum near the load factor of the loop, by IPOPT.
+        - "global": the least load factor with a proven lower bound, on small scenes.
+
+        Methods of classical limit analysis, in which joints open as they slide: "static" and "kinematic", one
+        linear program each.
+    model: Modelling language: "cvxpy" (the default of methods that are declared in it), "pyomo" or
+        "matrices". Both languages declare "static", "kinematic" and "nonassociative". "coulomb" and
+        "incremental" take "matrices".
+    solver: For "static", "kinematic" and "nonassociative" one of "clarabel" (default with CVXPY), "highs"
+        (simplex; default with Pyomo), "highs-ipm" (default of the loop with Pyomo), or another solver that
+        CVXPY finds. The other methods have solvers of their own.
+    tolerance: Feasibility and gap tolerance of the solver, for the same three methods (default 1e-9). With
+        cones of friction in space the solver may miss the tolerance; the reasons of the result then say so.
+    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, in space
+        contacts).
+    load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
+        solves all of them.
+    progress: Function that is called with each step of the method:
+        :class:`~.answer.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
+        :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,
+        :class:`~.bracket.relaxation.BoundStep` of "global".
+    phases: Function that is called with a few words as each phase begins, such as "finding joints".
+    **options: Options of the method: fields of :class:`~.coulomb.method.CoulombOptions`,
+        :class:`~.incremental.method.IncrementalOptions`, :class:`~.loop.options.LoopOptions`,
+        :class:`~.mpec.MpecOptions`, :class:`~.bracket.bracket.GlobalOptions`.
 
     Returns
     -------
     Result
-        Whose ``status`` says whether there is a load factor.
+        Result of the analysis. Its property ``usable`` is True if there is a load factor.
 
     Raises
     ------
     CaseError
-        If the case file or scene is wrong, or nothing carries a live load.
+        If the case file or scene is wrong, or no block carries a live load.
     OptionError
-        If a method, model, solver, option or load case is unknown or not available, or the method does not
-        know dilatancy that falls with stress, or no limited strength, or no solids.
+        If a method, model, solver, option or load case is unknown or not available. If the method does not
+        support solids, limited forces, limited strength, or dilatancy that falls with stress.
     """
-    for name, given in (("progress", progress), ("phases", phases)):
-        if not callable(given):
-            raise OptionError(f"{name} must be a function (found {given!r})")
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    for name, function in (("progress", progress), ("phases", phases)):
+        if not callable(function):
+            raise OptionError(f"{name} must be a function (found {function!r})")
+    session = prepare(
+        method, model=model, solver=solver, tolerance=tolerance, incremental=incremental, **options
+    )
     effort = Effort(phases)
     effort.begins("reading blocks")
     with effort.measure("scene"):
@@ -389,9 +481,15 @@ def solve(
     return session.solve(scene, progress, effort)
 
 
-def prepare(method: str = DEFAULT, *, keeps: bool = False, expected: bool = True, **options: Any) -> Session:
-    """A session that solves scenes as :func:`solve` would, with its model, solver and tolerance among the
-    options; it may keep geometry and compiled programs for scenes that differ in joint properties alone.
-    Raises OptionError if one of these is unknown or not available, whatever the scene."""
-    given = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
-    return Session(HowToSolve(method, **given, expected=expected, options=options), Kept(keeps))
+def prepare(
+    method: str = DEFAULT, *, keeps: bool = False, incremental: bool = True, **options: Any
+) -> Session:
+    """Return a session that solves scenes as :func:`solve` does.
+
+    The options include the model, the solver and the tolerance. If ``keeps`` is True, the session keeps
+    geometry and compiled programs for scenes that differ only in joint properties or loads.
+
+    Raises OptionError if the method, the model, the solver or an option is unknown or not available.
+    """
+    engine = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
+    return Session(HowToSolve(method, **engine, incremental=incremental, options=options), Kept(keeps))

@@ -1,4 +1,7 @@
-"""Duality: static against kinematic, CVXPY against Pyomo, and each model's duals as kinematics."""
+"""Cross-check of the associative problem: static and kinematic formulation, in CVXPY and in Pyomo.
+
+The dual variables of each model must be the unknowns of the other formulation.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +25,8 @@ from masonry_opt.words.terminal import frame_text
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Asked of solvers here: at the default tolerance Clarabel leaves gaps to 7e-7 under fill. Its last point
-#: counts even where it stops short of this: residuals judge it.
+#: Tolerance of the solvers. At their default tolerance Clarabel leaves gaps of up to 7e-7 with fill. The last
+#: point of a solver that misses the tolerance is used too: the residuals decide.
 _SOLVER_TOLERANCE = 1e-11
 
 
@@ -33,14 +36,20 @@ class DualityReport:
 
     Attributes
     ----------
-    table: one row a formulation and language: ``load_factor``, ``difference`` (relative, from the
-        median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
-        p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over λ Σ|f_L|).
-    crushing: whether any joint's strength is limited; by chords in all four.
-    friction: by which polygons it is limited in space, in all four; "" in the plane, and unlimited.
-    cones: load factors in space by the cones that these lie in, of statics and kinematics; None in the plane.
-    warnings, warning_sentences: what looks unintended in the scene, as in a result.
-    fills: what each fill does, in words.
+    table: one row for each formulation and language. Columns are ``formulation``, ``model``, ``load_factor``,
+        its relative ``difference`` from the median of all four, and residuals. The residuals are
+        ``equilibrium``, ``yield``, ``kinematics``, ``virtual_work`` and ``complementarity``. ``kinematics``
+        is the residual of Bᵀd = D p with p ≥ 0, over the largest velocity. The last two are relative to λ
+        Σ|f_L|.
+    crushing: True if the strength of a joint is limited; all four answers limit it by chords.
+    friction: polygons that limit friction in space, in all four answers, in words; "" in the plane, and if
+        friction is unlimited.
+    cones: load factors of statics and kinematics in space, with the cones in which the polygons are
+    inscribed;
+        None in the plane.
+    warnings: properties of the scene that look unintended, as codes with values.
+    warning_sentences: the warnings in words.
+    fills: the effect of each fill, in words.
     """
 
     table: "pd.DataFrame"
@@ -53,32 +62,36 @@ class DualityReport:
 
     @property
     def passed(self) -> bool:
-        """Load factors agree to 1e-7 relative, every residual is below 1e-6; by cones λ is no less."""
+        """True if load factors agree to 1e-7, residuals are at most 1e-6, and cones give no lower λ."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
         agree = bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
-        gap, missed = self._beside_cones
+        gap, missed = self._cone_differences
         return agree and gap <= AGREEMENT and missed >= -AGREEMENT
 
     @property
-    def _beside_cones(self) -> tuple[float, float]:
-        """Difference of statics and kinematics by cones, and by how much λ is lower by polygons, relative."""
+    def _cone_differences(self) -> tuple[float, float]:
+        """Relative differences of load factors in space: of statics and kinematics, and of cone and polygon.
+
+        Both load factors of the first are with cones. The second is positive if the polygons give a lower λ.
+        """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
         return abs(static - kinematic) / max(abs(static), SMALLEST), missed / max(abs(static), SMALLEST)
 
     def __str__(self) -> str:
         agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
-        middle = numeral(float(self.table["load_factor"].median()), ".7f")
-        apart = self.table["difference"].max()
+        median = numeral(float(self.table["load_factor"].median()), ".7f")
+        difference = self.table["difference"].max()
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
-            f"associative load factor {middle} (largest relative difference {apart:.1e})",
+            f"associative load factor {median} (largest relative difference {difference:.1e})",
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
-            *(f"fill {said}" for said in self.fills),
+            *(f"fill {sentence}" for sentence in self.fills),
         ]
         if self.cones and self.friction:
-            (gap, missed), by_cone = self._beside_cones, numeral(self.cones[0], ".7f")
+            gap, missed = self._cone_differences
+            by_cone = numeral(self.cones[0], ".7f")
             with_cone = f"with the cone λ = {by_cone} (static and kinematic differ by {gap:.1e})"
             lines.append(f"{with_cone}; the polygon gives {missed:.2%} less")
         lines += ["", frame_text(self.table, "residuals of each solution (0 is exact)")]
@@ -91,7 +104,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
 
     Parameters
     ----------
-    scene: a scene, or the path of a case file.
+    scene: A scene, or the path of a case file.
 
     Raises
     ------
@@ -107,7 +120,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
     result.required()
     problem = result.assembly.problem
 
-    def solved(problem: Problem, formulation: str, language: str) -> State:
+    def solve_with(problem: Problem, formulation: str, language: str) -> State:
+        """Return the state that a formulation in a language has. Raises NoLoadFactorError without one."""
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
         driver = Driver(problem, formulation, solver, Effort(), of_load=True)
         answer = driver.solve(nearly=True)
@@ -119,29 +133,39 @@ def check(scene: Scene | str | Path) -> DualityReport:
 
     rows = [
         {"formulation": formulation, "model": language}
-        | _row(problem, solved(problem, formulation, language))
+        | _row(problem, solve_with(problem, formulation, language))
         for language in LANGUAGES
         for formulation in ("static", "kinematic")
     ]
     table = pd.DataFrame(rows)
-    middle = float(table["load_factor"].median())
-    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
+    median = float(table["load_factor"].median())
+    table.insert(3, "difference", (table["load_factor"] - median).abs() / max(abs(median), SMALLEST))
     friction = by_sides(problem.layout) if problem.by_friction.word and len(problem.sliding) else ""
     cones = None
-    if (by_cone := problem.by_cone).by_friction.conic:
-        static, kinematic = (solved(by_cone, each, "cvxpy") for each in ("static", "kinematic"))
+    by_cone = problem.by_cone
+    if by_cone.by_friction.conic:
+        static, kinematic = (solve_with(by_cone, each, "cvxpy") for each in ("static", "kinematic"))
         cones = static.load_factor, kinematic.load_factor
-    warnings, fills = (result.warnings, result.warning_sentences), tuple(of_fills(result.assembly))
-    return DualityReport(table, bool(result.crushing), friction, cones, *warnings, fills)
+    return DualityReport(
+        table,
+        bool(result.crushing),
+        friction,
+        cones,
+        result.warnings,
+        result.warning_sentences,
+        tuple(of_fills(result.assembly)),
+    )
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
+    """Return the load factor of a state and its residuals in all conditions of both formulations."""
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)
     velocity = np.abs(state.d).max()
     external = state.load_factor * problem.live @ state.d + problem.dead @ state.d
-    work, energy = abs(external - problem.face_cohesion @ state.p), np.abs(z * state.p).sum()
+    work = abs(external - problem.face_cohesion @ state.p)
+    energy = np.abs(z * state.p).sum()
     return {
         "load_factor": state.load_factor,
         "equilibrium": float(np.abs(balance).max() / problem.blocks),

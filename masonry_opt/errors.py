@@ -1,29 +1,41 @@
-"""Errors that a user can put right, each shown as one message without a traceback; and parts of messages."""
+"""Errors that a user can correct, and functions that format parts of messages.
+
+The command line shows each error as one message without a traceback.
+"""
 
 from math import ceil, floor, log10
 
 
 def printable(text: str) -> str:
-    """The text with everything but printable characters and line ends written as escapes: what a case file
-    or path holds must not move a terminal's cursor, colour it, turn writing round, or fail to be encoded."""
-    return "".join(one if one == "\n" or one.isprintable() else ascii(one)[1:-1] for one in text)
+    """Return a text in which all characters except printable ones and line ends are escaped.
+
+    Text of a case file or path therefore cannot move the cursor of a terminal, change colours or the
+    direction of writing, or fail to be encoded.
+    """
+    return "".join(
+        character if character == "\n" or character.isprintable() else ascii(character)[1:-1]
+        for character in text
+    )
 
 
 def rounded_up(value: float, digits: int = 4) -> str:
-    """A positive number rounded up to so many digits, for what must not be less."""
+    """Return a positive number, rounded up to some significant digits, as text.
+
+    Upper bounds are printed so, because they must not appear smaller.
+    """
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
     return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 def counted(number: int, noun: str) -> str:
-    """A number of things: "1 hole", "2 holes"."""
+    """Return a number with its noun in singular or plural, such as "1 hole" or "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 class MasonryError(Exception):
-    """Base of the errors whose message tells a user what to do; the message is printable."""
+    """Base class of errors whose message states what to do; the message is printable."""
 
-    exit_code = 2  #: What the command line ends with.
+    exit_code = 2  #: exit code of the command line
 
     def __init__(self, message: object) -> None:
         super().__init__(printable(str(message)))
@@ -32,7 +44,7 @@ class MasonryError(Exception):
 class CaseError(MasonryError, ValueError):
     """A case file or scene is wrong; the message names the file, the key or block, and the remedy."""
 
-    # A ValueError too, so that a record built inside one of pydantic's validators is refused there.
+    # Pydantic converts a ValueError in a validator to a validation error of the record.
 
 
 class OptionError(MasonryError):
@@ -40,28 +52,28 @@ class OptionError(MasonryError):
 
 
 class OutputError(MasonryError):
-    """What was asked for could not be written; the message says where and why."""
+    """An output could not be written; the message states the path and the reason."""
 
 
 class ReaderGoneError(OutputError):
-    """The reader of standard output closed it: nothing is wrong, and nothing is printed."""
+    """The reader of standard output closed it. This is no failure, and nothing is printed."""
 
-    exit_code = 128 + 13  #: As of programs that the signal SIGPIPE ends.
+    exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE ends
 
 
 class NoLoadFactorError(MasonryError):
-    """What was asked for needs a load factor and the scene has none; the message says why."""
+    """A load factor is needed, and the scene has none; the message states the reason."""
 
     exit_code = 1
 
 
 class NoRunSolvedError(MasonryError):
-    """No run of a study was solved: all were refused, crashed or died; the message says why."""
+    """No run of a study was solved: all were refused or crashed; the message states the reason."""
 
     exit_code = 1
 
 
 class InterruptedByUserError(MasonryError):
-    """The user stopped the run; the message says what was found until then."""
+    """The user stopped the run; the message states the results obtained before."""
 
     exit_code = 130

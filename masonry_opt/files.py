@@ -1,4 +1,8 @@
-"""Files are written whole or not at all, and replace only files that this package wrote; plain data."""
+"""Functions that write files, protect files of other programs, and convert values to JSON.
+
+A file is written whole or not at all. It replaces only a file that this package wrote, unless ``force`` is
+set.
+"""
 
 import contextlib
 import hashlib
@@ -17,14 +21,19 @@ import numpy as np
 
 from masonry_opt.errors import OptionError, OutputError
 
-WRITER = "masonry_opt"  #: Who wrote a file, in its metadata; and a comment that says it.
+#: Name of the writer of a file, in the metadata of the file.
+WRITER = "masonry_opt"
+
+#: Comment in a file that names the writer.
 MARK = f"written by {WRITER}"
 
-JSON_KEY = "written_by"  #: The key of JSON files that says it.
+#: Key of JSON files that names the writer.
+JSON_KEY = "written_by"
 
-_NAME_LISTS = (".row", ".col")  #: Lists of names beside an .nl file, which has the mark for all three.
+#: Endings of lists of names that belong to an .nl file. The .nl file has the mark for all three files.
+_NAME_LISTS = (".row", ".col")
 
-#: Patterns of marks by the end of a file's name.
+#: Regular expressions of the marks of files, by the ending of the file's name.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
@@ -42,20 +51,22 @@ _MARKS = {
 }
 
 #: File of an output folder that lists the SHA-256 digests of the files that were written into the folder, by
-#: name. Tables and charts have no place for a mark: they are known by their digest.
+#: name. Tables and charts cannot contain a mark; their digest identifies them.
 RECORD = ".masonry_opt.json"
 
-_ENDS = 1 << 16  #: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
+#: Number of bytes at the start and at the end of a file that are searched for its mark. Only PDF files have
+#: the mark at the end.
+_ENDS = 1 << 16
 
 
 def image_source(content: bytes | str, kind: str) -> str:
-    """A picture's content, "png" or "svg", as the address of an image in HTML."""
-    of = content.encode() if isinstance(content, str) else content
-    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{b64encode(of).decode()}"
+    """Return the content of a picture, "png" or "svg", as the address of an image in HTML."""
+    data = content.encode() if isinstance(content, str) else content
+    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{b64encode(data).decode()}"
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:
-    """What a picture of a kind ("png", "svg", "pdf") says of itself: its mark, and no date."""
+    """Return the metadata of a picture of a kind ("png", "svg", "pdf"): its mark, and no date."""
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
@@ -63,7 +74,7 @@ def picture_metadata(kind: str) -> dict[str, str | None]:
 
 @contextlib.contextmanager
 def writing(path: Path, kept: str = "") -> Iterator[None]:
-    """Turn errors of writing a file into those of this package, which end with what is kept all the same."""
+    """Raise OutputError if the ``with`` block raises OSError; its message ends with the text ``kept``."""
     try:
         yield
     except OSError as error:
@@ -76,7 +87,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
     """
     path = Path(path)
-    # Each writer has its own temporary file: of two that write at once, the last to end is kept whole.
+    # Each writer has its own temporary file. If two write at once, the file is that of the last one, whole.
     temporary = path.parent / f".writing.{uuid4().hex}"
     try:
         temporary.write_bytes(_encoded(content))
@@ -111,16 +122,17 @@ def write_folder(
     force: bool = False,
     is_own: Callable[[str], bool] = lambda _: False,
 ) -> list[Path]:
-    """Write files into a folder by their names, as :func:`write_together`; returns their paths.
+    """Write files into a folder by their names, with :func:`write_together`, and return their paths.
 
-    The record of the folder lists their digests, by which a later run knows that it may replace them.
-    Recorded files of an earlier run that are not among the contents are removed if ``is_own`` is True of
-    their names. A file that was changed since stays. Raises OptionError as :func:`refuse_outputs`.
+    The record of the folder lists their digests, which show a later run that it may replace the files. A
+    recorded file of an earlier run that is not among the contents is removed if ``is_own`` is true of its
+    name. A file that was changed after it was written is not removed. :func:`refuse_outputs` raises
+    OptionError if a file cannot be replaced.
     """
     refuse_outputs(folder, contents, force)
     record = _recorded(folder)
     for name, content in contents.items():
-        # Until the file is replaced, the digest of the old file holds.
+        # The digest of the old file stays valid until the file is replaced.
         before = [digest for digest in record.get(name, []) if digest == _digest_of(folder / name)]
         record[name] = [*before, hashlib.sha256(_encoded(content)).hexdigest()]
     lines = json.dumps({JSON_KEY: WRITER, "files": record}, indent=1, ensure_ascii=False) + "\n"
@@ -135,13 +147,14 @@ def write_folder(
 
 
 def _encoded(content: str | bytes) -> bytes:
+    """Return the content of a file as bytes; text is encoded as UTF-8."""
     return content.encode("utf-8") if isinstance(content, str) else content
 
 
 def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> None:
-    """Raise OptionError if a file of a folder could not be replaced; to be asked before long work.
+    """Raise OptionError if a file of a folder cannot be replaced; call this before long work.
 
-    A missing folder holds no files. Without ``force``, only files that this package wrote are replaced.
+    A missing folder has no files. Without ``force``, only files that this package wrote are replaced.
     """
     for name in (*names, RECORD):
         path = folder / name
@@ -151,24 +164,27 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file could not be written there, or, without ``force``, would replace one that
-    was not written here: to be asked before long work."""
+    """Raise OptionError if a file cannot be written at a path; call this before long work.
+
+    Without ``force``, OptionError is also raised if the file would replace one that another program wrote.
+    """
     try:
         path.lstat()
     except (FileNotFoundError, NotADirectoryError):
         pass
-    except (OSError, ValueError) as error:  # a path no file can have
+    except (OSError, ValueError) as error:
+        # No file can have this path.
         raise OptionError(f"{path}: cannot be written: {error}") from None
     if not path.parent.is_dir():
         raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
     if path.is_dir() or not os.access(path.parent, os.W_OK):
-        why = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
-        raise OptionError(f"{path}: cannot be written: {why}")
+        obstacle = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
+        raise OptionError(f"{path}: cannot be written: {obstacle}")
     refuse_replacing(path, force)
 
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file holds something that this package did not write, unless ``force``."""
+    """Raise OptionError if a file contains data that this package did not write, unless ``force`` is set."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
         foreign = f"is there already, and {WRITER} did not write it, or it was changed since"
         remedy = "choose another name or folder, or replace it with --force (in Python: force=True)"
@@ -176,7 +192,9 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
 
 
 def _is_replaceable(path: Path) -> bool:
-    if not path.is_file():  # a pipe, a device, a link to nothing
+    """Return True if a file is empty, recorded with its present digest, or contains the mark of its kind."""
+    if not path.is_file():
+        # The path is that of a pipe, a device, or a link without a target.
         return False
     recorded = _recorded(path.parent).get(path.name)
     if recorded and _digest_of(path) in recorded:
@@ -186,7 +204,8 @@ def _is_replaceable(path: Path) -> bool:
     try:
         with marked.open("rb") as stream:
             data = stream.read(_ENDS)
-            if (size := marked.stat().st_size) > _ENDS:
+            size = marked.stat().st_size
+            if size > _ENDS:
                 stream.seek(max(_ENDS, size - _ENDS))
                 data += stream.read()
     except OSError:
@@ -195,7 +214,7 @@ def _is_replaceable(path: Path) -> bool:
 
 
 def _recorded(folder: Path) -> dict[str, list[str]]:
-    """Return the digests of the files that were written into a folder, by name; none without a record."""
+    """Return the digests of the files that were written into a folder, by name; empty without a record."""
     try:
         files = json.loads((folder / RECORD).read_bytes())["files"]
         return {str(name): [*map(str, digests)] for name, digests in files.items()}
@@ -204,7 +223,7 @@ def _recorded(folder: Path) -> dict[str, list[str]]:
 
 
 def _digest_of(path: Path) -> str:
-    """Return the SHA-256 digest of a file, "" if it cannot be read."""
+    """Return the SHA-256 digest of a file; "" if the file cannot be read."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -213,7 +232,7 @@ def _digest_of(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """The same as JSON has it; NaN as None."""
+    """Return a value converted to types of JSON; NaN and infinity become None."""
     if isinstance(value, StrEnum):
         return str(value)
     if hasattr(value, "as_dict"):
@@ -225,5 +244,5 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):
-        return value + 0.0 if math.isfinite(value) else None  # no minus before a zero
+        return value + 0.0 if math.isfinite(value) else None  # turns −0.0 into 0.0
     return value

@@ -1,4 +1,4 @@
-"""The result of an analysis: its outcome, which asks words, pictures and files to show it."""
+"""Results of analyses: outcomes with words, pictures and files."""
 
 import json
 from collections.abc import Sequence
@@ -23,65 +23,106 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: What ``as_dict`` tells first, in order; then block by block and joint by joint.
-_TOLD = (
-    *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
-    *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
-    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
-    *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
-    *("largest_turn", "largest_shift", "size", "history"),
+#: Attributes that ``as_dict`` lists first, in this order. The tables of blocks and joints follow.
+_DICTIONARY_NAMES = (
+    "case",
+    "load_case",
+    "method",
+    "model",
+    "solver",
+    "status",
+    "message",
+    "reasons",
+    "warnings",
+    "kind",
+    "crushing",
+    "friction_law",
+    "load_factor",
+    "lowest",
+    "tilt_angle",
+    "blocks",
+    "joints",
+    "flow_rule_matters",
+    "iterations",
+    "lp_solves",
+    "nlp_solves",
+    "stationary",
+    "incremental",
+    "end",
+    "incremental_reasons",
+    "associative",
+    "exact",
+    "range",
+    "bound",
+    "seconds",
+    "solvers",
+    "certificate",
+    "infeasibility",
+    "largest_turn",
+    "largest_shift",
+    "size",
+    "history",
 )
 
 
 class Result(Outcome):
-    """The answer to "at what load does this masonry collapse?", in numbers (see
-    :class:`~.answer.outcome.Outcome`), words and pictures.
+    """Answer to the question at what load the masonry collapses, in numbers, words and pictures.
+
+    The numbers are those of :class:`~.answer.outcome.Outcome`.
 
     Attributes
     ----------
-    message: why it ended so, in words.
-    summary: what ``print`` shows: the load factors, what is proven of each, and what moves.
+    message: reasons for the status, in words.
+    summary: text that ``print`` shows: the load factors, what is proven for each, and the blocks that move.
     details: the summary, with residuals, programs, solvers and times.
-    warning_sentences: what looks unintended in the scene, in words.
+    warning_sentences: properties of the scene that look unintended, in words.
     """
 
     def __str__(self) -> str:
         return self.summary
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: load factor, status, picture, certificate."""
+        """Return the HTML that a notebook shows: load factor, status, picture and certificate."""
         from masonry_opt.drawing.page import notebook_html
 
         return notebook_html(self)
 
     @cached_property
     def message(self) -> str:
+        """Reasons for the status, in words."""
         return message(self.reasons, self.method)
 
     @property
     def size(self) -> Size:
+        """Sizes of the scene and the linear program, with the parts of the scene that were not modelled."""
         return replace(super().size, left_out=left_out(self.assembly))
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
+        """Warnings about the scene, in words."""
         return sentences(self.warnings)
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings as JSON output has them: sentence, code and the values of the code."""
-        told = zip(self.warnings, self.warning_sentences, strict=True)
-        return [{"sentence": sentence, **plain(warning.as_dict())} for warning, sentence in told]
+        """Warnings in the form of JSON output: sentence, code and the values of the code."""
+        warnings = zip(self.warnings, self.warning_sentences, strict=True)
+        return [{"sentence": sentence, **plain(warning.as_dict())} for warning, sentence in warnings]
 
     @property
     def summary(self) -> str:
+        """Summary of the result: the load factors, what is proven for each, and the blocks that move."""
         return summary(self)
 
     @property
     def details(self) -> str:
+        """Summary with residuals, programs, solvers and times."""
         return summary(self, technical=True)
 
     def required(self) -> float:
-        """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""
+        """Return the load factor. Raises NoLoadFactorError if there is none.
+
+        The message of the error has the case, the status, the reasons and the warnings.
+        """
         if self.load_factor is None:
             warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
             raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
@@ -90,25 +131,31 @@ class Result(Outcome):
     def plot(
         self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
     ) -> "Figure":
-        """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
+        """Draw the result and return the matplotlib figure, which does not use pyplot's state.
+
+        A notebook shows the figure.
 
         Parameters
         ----------
-        kind: "mechanism" (blocks displaced, with their loads; joints by how they move), "thrust" (the
-            resultant of each joint where it acts; through arches and columns the line of thrust) or
-            "utilisation" (of each joint the force over its limit, in colours), or "curve" (λ over
-            displacement, where there is a ``curve``).
-        names: whether to write each block's name into it.
-        view: in space, azimuth (from x towards y) and elevation of the eye, in degrees. By default one that
-            shows the scene's wider side, and its mechanism coming nearer.
+        kind: One of four kinds of picture:
+
+            - "mechanism": displaced blocks with their loads, and joints coloured by their motion.
+            - "thrust": the resultant of each joint at its point; in arches and columns the line of thrust.
+            - "utilisation": force over limit of each joint, in colours.
+            - "curve": λ over displacement, if there is a ``curve``.
+
+        names: True to write the name of each block into it.
+        view: In space, azimuth (from x towards y) and elevation of the viewpoint, in degrees. The default
+        view
+            shows the wider side of the scene, with the mechanism moving towards the viewer.
 
         Raises
         ------
         OptionError
-            If there is no such kind, of this result, or it shows no names, or the view is none, or of a scene
-            in the plane.
+            If the result has no picture of this kind, or the picture shows no names. If the view is not two
+            angles, or the scene is in the plane and a view is given.
         """
-        # Matplotlib is loaded where a picture is asked for.
+        # Importing Matplotlib takes time, so that only pictures import it.
         from masonry_opt.drawing.pictures import result_picture
 
         return result_picture(self, kind, names, view)
@@ -121,22 +168,24 @@ class Result(Outcome):
         force: bool = False,
         view: tuple[float, float] | None = None,
     ) -> None:
-        """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
-        that needs no network.
+        """Write a picture (.png, .svg, .pdf) or an interactive page (.html) of the result.
+
+        A page needs no network. The file is written whole or not at all.
 
         Parameters
         ----------
-        kind: as in ``plot``; of a page, what joints show first (a curve it shows below).
-        names: as in ``plot``; a page tells them of each joint.
-        force: whether to replace a file that was not written here, which is known by a mark in it.
-        view: as in ``plot``; of a page, the one that it shows first.
+        kind: Kind of picture, see ``plot``. For a page it is the property of joints that is shown first; the
+            page shows a curve below.
+        names: True to write the names of blocks, see ``plot``. A page shows the names at each joint.
+        force: True to replace a file that another program wrote. Files of this package contain a mark.
+        view: Viewpoint, see ``plot``. For a page it is the first view.
 
         Raises
         ------
         OptionError
-            If the file's name has another ending, there is no such kind, the file cannot be written or
-            replaced, the view is none, or of a scene in the plane; of a page in space also if trimesh, of the
-            extra "meshes", is not installed.
+            If the file's name has another ending, or the file cannot be written or replaced. If the kind or
+            the view is wrong, see ``plot``. If a page in space needs trimesh, of the extra "meshes", and
+            trimesh is not installed.
         OSError
             If the file cannot be written.
         """
@@ -152,9 +201,11 @@ class Result(Outcome):
         The tables have more columns here (see :mod:`~.answer.recomputation`): the certificate can be
         recomputed from the dictionary alone.
         """
-        told = {name: getattr(self, name) for name in _TOLD}
-        told["warnings"] = self.warning_records
-        told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
+        attributes = {name: getattr(self, name) for name in _DICTIONARY_NAMES}
+        attributes["warnings"] = self.warning_records
+        attributes["blocks"] = self.size.blocks
+        attributes["joints"] = self.size.joints
+        attributes["size"] = asdict(self.size)
         frames = {
             "history": self.history,
             "block_results": self.blocks.assign(**load_columns(self.assembly)),
@@ -163,7 +214,8 @@ class Result(Outcome):
             "pressure_results": self._limited_table(self.pressures, Role.EARTH),
             "curve": self.curve,
         }
-        return plain(told | {name: of.to_dict("records") for name, of in frames.items() if of is not None})
+        tables = {name: frame.to_dict("records") for name, frame in frames.items() if frame is not None}
+        return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
         """Return the tables of joints, in space also of contact points, with their limits."""
@@ -177,12 +229,12 @@ class Result(Outcome):
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
+        """Return the dictionary of ``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
 def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """Return the records of the warnings of results: of each code those of the first result that has any."""
+    """Return the records of the warnings of results; for each code those of the first result with it."""
     first: dict[str, list[dict[str, Any]]] = {}
     for result in results:
         own: dict[str, list[dict[str, Any]]] = {}
@@ -196,7 +248,7 @@ def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
 def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
-    """A solution with the names and units of its scene, and what it took."""
-    spent = {name: count for name, count in vars(effort).items() if name != "begins"}
+    """Return a solution as a result, with the names and units of its scene and the effort of the analysis."""
+    counts = {name: count for name, count in vars(effort).items() if name != "begins"}
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
-    return Result(**named, assembly=assembly, solution=solution, **spent)
+    return Result(**named, assembly=assembly, solution=solution, **counts)

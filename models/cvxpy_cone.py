@@ -1,4 +1,4 @@
-"""Statics and mechanisms of contact points in space by cones of friction, in CVXPY."""
+"""Statics and mechanisms of contact points in space with friction cones, in CVXPY."""
 
 from functools import cached_property
 from typing import NamedTuple
@@ -10,64 +10,76 @@ from masonry_opt.models.cvxpy_terms import Mechanism, Statics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-_ENERGY_SCALE = 100.0  #: Factor on the energy that a mechanism leaves: solvers end at an absolute gap.
+#: Factor on the energy in the objective of ConeMotion. A larger one makes the absolute gap at which solvers
+#: end small relative to the energy.
+_ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Polygons in place of the circles of cones, for linear programs: senses of slip of sliding points."""
+    """Senses of slip that replace the circles of friction cones by polygons, for linear programs.
 
-    point: np.ndarray  #: the points, shape (m,)
-    along: np.ndarray  #: unit vectors in their planes, shape (2, m)
-    #: Whether opposite to corners of polygons inside the circle of shears (forces are within the cones), or
-    #: to where sides of polygons round it touch it (mechanisms follow the cones).
+    A point that can slide has several senses; m is the number of all of them.
+    """
+
+    point: np.ndarray  #: number of the sliding point of each sense, shape (m,)
+    along: np.ndarray  #: unit vector e of each sense in the plane of its point, shape (2, m)
+    #: True if the polygons are inside the circle of shears. Then all forces are inside the cones, and sliding
+    #: is opposite to the corners. False if the polygons are around the circle. Then mechanisms obey the flow
+    #: rule of the cones, and sliding is opposite to the points where the sides touch the circle.
     inside: bool
 
 
 class ConeStatics(Statics):
-    """Contact forces q, equilibrium, eq. (1), and at each contact point
+    """Contact forces q within equilibrium, eq. (1), and within the friction cones.
 
-    n ≥ 0,    |(s, t)| ≤ c + slope · n,
+    At each contact point
 
-    and limits of the limited forces, L q + l ≥ 0.
+        n ≥ 0,    |(s, t)| ≤ c + slope · n,
+
+    and limited forces are within their limits, L q + l ≥ 0.
     """
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """These conditions."""
-        problem, table = self._problem, self._problem.table
-        normal, *shears = (self.q[of_kind] for of_kind in problem.columns_of_sliding)
+        """Return the conditions on contact forces and limited forces, without equilibrium."""
+        problem = self._problem
+        table = problem.table
+        normal, *shears = (self.q[columns] for columns in problem.columns_of_sliding)
         limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
         others = table.R @ self.q + problem.face_constant[table.rest] >= 0
         return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Rates of the faces, which go with block velocities."""
+        """Return the rates of the faces under block velocities d and an opening per unit slip, shape (k,)."""
         return self._problem.rates(d, slope)
 
 
 class ConeMechanism(Mechanism):
-    """Block velocities d, openings u ≥ 0, slips w and their speeds γ, and rates v ≥ 0 of limited forces:
+    """Block velocities d, openings u ≥ 0, slips w, their speeds γ, and rates v ≥ 0 of limited forces.
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
-    The slope, opening per unit slip, is a parameter or numbers. With senses, in place of γ ≥ |w|: γ ≥ e·w for
-    each sense e (inside), or w = Σ e p, γ = Σ p with p ≥ 0 (round).
+    The slope is the opening per unit slip, as a parameter or as numbers. Senses e replace γ ≥ |w| by linear
+    conditions: γ ≥ e·w for each sense of polygons inside the circle; w = Σ e p, γ = Σ p and p ≥ 0 for
+    polygons around it.
     """
 
     def __init__(
         self, problem: Problem, slope: cp.Parameter | np.ndarray, senses: Senses | None = None
     ) -> None:
         self._problem = problem
-        table, limits = problem.table, problem.face_constant[problem.table.limits]
+        table = problem.table
+        limits = problem.face_constant[table.limits]
         self.d = cp.Variable(problem.B.shape[0], name="d")
-        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")  #: of each point
-        self.yielding = cp.Variable(limits.size, nonneg=True, name="v")  #: of each limit of a force
-        self.sliding = cp.Variable((2, slope.size), name="w")  #: of each point that can slide
-        self.slip = cp.Variable(slope.size, name="gamma")
-        normal, *shears = (selection(of_kind, table.width).T for of_kind in problem.columns_of_sliding)
+        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")  #: opening of each point
+        self.yielding = cp.Variable(limits.size, nonneg=True, name="v")  #: rate of each limit of a force
+        self.sliding = cp.Variable((2, slope.size), name="w")  #: slip of each point that can slide
+        self.slip = cp.Variable(slope.size, name="gamma")  #: speed of each slip
+        normal, *shears = (selection(columns, table.width).T for columns in problem.columns_of_sliding)
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
+        #: Energy that the limits of forces dissipate.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
@@ -77,23 +89,27 @@ class ConeMechanism(Mechanism):
             along = cp.sum(cp.multiply(senses.along, self.sliding[:, senses.point]), axis=0)
             at_speed = self.slip[senses.point] - along >= 0
         else:
-            p, of_point = cp.Variable(len(senses.point), nonneg=True), selection(senses.point, slope.size).T
-            made = [of_point @ p, *(of_point @ cp.multiply(along, p) for along in senses.along)]
-            at_speed = cp.vstack([self.slip, self.sliding]) - cp.vstack(made) == 0
+            p = cp.Variable(len(senses.point), nonneg=True)
+            sum_of_point = selection(senses.point, slope.size).T
+            combined = [sum_of_point @ p, *(sum_of_point @ cp.multiply(along, p) for along in senses.along)]
+            at_speed = cp.vstack([self.slip, self.sliding]) - cp.vstack(combined) == 0
         self.rows = [self.compatibility, at_speed]
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
-        """Rates of the faces, which go with the velocities at the optimum."""
+        """Return the rates p, shape (faces,), for the velocities at the optimum.
+
+        The openings per unit slip have shape (k,).
+        """
         return self._problem.rates(self.d.value, slope)
 
 
 class ConeForces:
-    """Forces of a low λ that leave little energy for the rates of a mechanism:
+    """Forces of a low λ that leave little energy for a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
-    The objective omits the constants γ·c and v·l. Its cost of forces is a parameter: other rates and other
-    weights need no new program.
+    The objective omits the constants γ·c and v·l. The cost of the forces is a parameter, so that other rates
+    or weights need no new program.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -106,22 +122,23 @@ class ConeForces:
     def set(self, p: np.ndarray, weight: float) -> None:
         """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
         problem = self._problem
-        slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
+        senses = problem.layout.senses
+        slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
         cost = problem.table.R.T @ p[problem.table.rest]
         normal, *shears = problem.columns_of_sliding
         cost[normal] += problem.friction * np.hypot(*slips)
-        for of_kind, slip in zip(shears, slips, strict=True):
-            cost[of_kind] += slip
+        for columns, slip in zip(shears, slips, strict=True):
+            cost[columns] += slip
         self._cost.value = weight * cost
 
 
 class ConeMotion:
-    """A mechanism that leaves least energy for given forces:
+    """Mechanism that leaves the least energy for given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 
-    The slope, opening per unit slip, has shape (k,). The forces are parameters: other forces need no new
-    program.
+    The slope is the opening per unit slip, shape (k,). The forces are parameters, so that other forces need
+    no new program.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
@@ -129,16 +146,16 @@ class ConeMotion:
         mechanism = self.mechanism = ConeMechanism(problem, slope)
         moving = mechanism.slip, mechanism.sliding, mechanism.opening, mechanism.yielding
         self._costs = [cp.Parameter(part.shape) for part in moving]
-        weighed = zip(self._costs, moving, strict=True)
-        energy = sum(cp.sum(cp.multiply(cost, part)) for cost, part in weighed if part.size)
+        pairs = zip(self._costs, moving, strict=True)
+        energy = sum(cp.sum(cp.multiply(cost, part)) for cost, part in pairs if part.size)
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
         """Set the forces, shape (3c + t,)."""
         problem = self._problem
-        normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
+        normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
         pressing = np.maximum(q[: problem.joints], 0.0)
-        left = np.maximum(problem.slacks(q)[problem.table.limits], 0.0)
-        for cost, value in zip(self._costs, (limit, np.stack(shears), pressing, left), strict=True):
+        slacks = np.maximum(problem.slacks(q)[problem.table.limits], 0.0)
+        for cost, value in zip(self._costs, (limit, np.stack(shears), pressing, slacks), strict=True):
             cost.value = _ENERGY_SCALE * value

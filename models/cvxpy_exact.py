@@ -1,8 +1,8 @@
-"""The two programs that make a state exact, in CVXPY: forces for a given mechanism, a mechanism for given
-forces; and their Farkas alternatives, which show that they are empty.
+"""The two programs of exact states, in CVXPY: forces for a given mechanism, and a mechanism for given forces.
 
-Each leaves the least energy z·p in faces that move without being at yield. Where nothing is left, forces and
-mechanism satisfy complementarity, eq. (8): they are a collapse state.
+Each program minimises the energy z·p of faces that move without being at yield. If no energy is left, forces
+and mechanism satisfy complementarity, eq. (8), and are a collapse state. Two further programs are Farkas
+alternatives: each proves that one of the programs has no solution.
 """
 
 from dataclasses import replace
@@ -15,12 +15,12 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Forces on a mechanism:
+    """Forces for a given mechanism.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    Costs are a, and b of shape (3c,), zeros by default; b may be a parameter. ``room`` is infinite here; a
-    solver that stays loaded is given 0 on the faces that are held at yield.
+    The costs are a, and b of shape (3c,); both are zero by default, and b may be a parameter. ``room`` is
+    infinite in this declaration. A loaded solver sets it to 0 on the faces that are held at yield.
     """
 
     def __init__(
@@ -38,13 +38,13 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """A mechanism for given forces:
+    """Mechanism for given forces.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    The cost, shape (faces,), is such as the slacks z ≥ 0 of a state, zeros by default; the cost may be a
-    parameter. The slope, opening per unit slip, shape (k,), is by default the joints' own. ``most`` is
-    infinite here; a solver that stays loaded is given 0 on the faces that must not move.
+    The cost, shape (faces,), is usually the slacks z ≥ 0 of a state; it is zero by default and may be a
+    parameter. The slope, opening per unit slip, shape (k,), is by default the joints' dilatancy. ``most`` is
+    infinite in this declaration. A loaded solver sets it to 0 on the faces that must not move.
     """
 
     def __init__(
@@ -80,12 +80,12 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Of the states that hold the faces of a mechanism at the true yield condition, and so satisfy
-    complementarity with it, eq. (8), the one whose λ is nearest to a given value:
+    """Forces that hold the faces of a mechanism at yield, with λ nearest to a given value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
-    ``at_yield`` tells which faces take part in the mechanism, shape (faces,).
+    Such forces satisfy complementarity with the mechanism, eq. (8). ``at_yield``, shape (faces,), is True for
+    the faces that move in the mechanism.
     """
 
     def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
@@ -96,13 +96,14 @@ class CvxpyAtYield:
 
 
 class CvxpyNoMotion:
-    """Forces that carry the live load alone: they show that no mechanism lets it do work.
+    """Forces that carry the live load alone: a proof that the live load does no work in any mechanism.
 
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
-    Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p, and so f_L·d ≤ 0 unless a face with v > 0
-    moves. With the slope, shape (k,), of the true friction the forces are a ray along which λ grows without
-    end. ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that may move.
+    Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p. This is at most 0 unless a face with v > 0
+    moves. If the slope, shape (k,), is the true friction, then the forces are a direction in which λ grows
+    without bound. ``most`` is infinite in this declaration. A loaded solver sets it to 0 for the faces that
+    may move.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
@@ -114,15 +115,14 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """A motion that gains energy: it shows that no forces bring certain faces to yield together.
+    """Motion that gains energy: a proof that no forces bring the given faces to yield together.
 
         min  Σ r    s.t.    Bᵀ d = C(μ)ᵀ (p − r),    f_L·d ≥ 0,    f_D·d − c·(p − r) = 1,    p ≥ 0,
         0 ≤ r ≤ most
 
-    All forces with λ ≥ 0 have Σ z (p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1, and so not z ≥ 0 with z = 0 on
-    the faces with r > 0.
-
-    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that are not held at yield.
+    All forces with λ ≥ 0 have z·(p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1. They cannot have z ≥ 0 everywhere
+    with z = 0 on the faces with r > 0. ``most`` is infinite in this declaration. A loaded solver sets it to 0
+    for the faces that are not held at yield.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -133,9 +133,3 @@ class CvxpyNoForces:
         compatibility = problem.B.T @ self.d - problem.D(problem.friction) @ rates == 0
         rows = [compatibility, problem.live @ self.d >= 0, gain == 1]
         self.program = cp.Problem(cp.Minimize(cp.sum(self.r)), rows)
-
-
-def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-    """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p:
-    bounded below where the live load drives the mechanism and the weight is above one."""
-    return problem.live_norm, weight * (problem.true_yield.T @ (p / problem.steep))

@@ -8,11 +8,11 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyKinematic:
-    """Eq. (10), scaled so that velocities come out near 1:
+    """Kinematic program, eq. (10), scaled so that velocities are near 1.
 
         min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
 
-    With cones of friction, of slips w, openings u and rates v of limited forces:
+    With friction cones the unknowns are slips w, their speeds γ, openings u and rates v of limited forces:
 
         min  −f_D·d + c·γ + l·v
         s.t.    Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    u ≥ 0,    v ≥ 0,    f_L·d = Σ|f_L|
@@ -27,7 +27,10 @@ class CvxpyKinematic:
         self.program = cp.Problem(cp.Minimize(work), [*mechanism.rows, mechanism.live_work])
 
     def read(self) -> State:
-        """The state at the optimum: forces and λ are minus CVXPY's duals of compatibility and live work."""
+        """Return the state at the optimum.
+
+        Forces and λ are minus CVXPY's duals of compatibility and of the live work.
+        """
         mechanism = self.mechanism
         load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
         return State(float(load_factor), q, mechanism.d.value, mechanism.rates(self.limits.slope.value))

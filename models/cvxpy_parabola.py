@@ -1,4 +1,4 @@
-"""Crushing as the parabola that it is, in CVXPY: eq. (9) and eq. (10) as conic programs."""
+"""Limited compressive strength by its parabola, in CVXPY: eq. (9) and eq. (10) as conic programs."""
 
 import cvxpy as cp
 import numpy as np
@@ -9,30 +9,40 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Cones of crushing for normal forces of the size N: those of numbers far from one, or from each other,
-    cost a solver its last digits."""
+    """Scaling of the crushing cones for normal forces of size N.
+
+    Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
+    """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, crushing = problem, len(problem.crushing)
+        self._problem = problem
+        crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: N² / (f_c L): what forces of that size take off 2 n₁ and 2 n₂.
+        #: N² / (f_c L): the reduction of 2 n₁ and 2 n₂ by normal forces of size N.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 
     def resize(self, q: np.ndarray | None) -> None:
-        """Take N from forces q, shape (3c,); without any, between a force of one and one that crushes."""
-        joints, whole = self._problem.crushing, self._problem.crushing_force
-        n = np.sqrt(whole) if q is None else np.abs(self._problem.normal_forces(q)[joints]).mean() + 0 * whole
-        self.per_size.value, self.most_lost.value = 1 / n, n**2 / whole
+        """Set N to the mean normal force of the joints that can crush, in forces q, shape (3c,).
+
+        Without forces N is √(f_c L), the geometric mean of 1 and the crushing force.
+        """
+        whole = self._problem.crushing_force
+        if q is None:
+            n = np.sqrt(whole)
+        else:
+            n = np.abs(self._problem.normal_forces(q)[self._problem.crushing]).mean() + 0 * whole
+        self.per_size.value = 1 / n
+        self.most_lost.value = n**2 / whole
 
 
 class CvxpyParabolaStatic(_Sized):
-    """Eq. (9), with the limit of crushing in place of its chords:
+    """Static program, eq. (9), with the parabola of crushing in place of its chords.
 
-    max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
-    2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
+        max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
+        2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
 
-    (the paper's |m| ≤ L/2 (n − n² / (f_c L))).
+    This is the paper's |m| ≤ L/2 (n − n² / (f_c L)).
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -42,7 +52,8 @@ class CvxpyParabolaStatic(_Sized):
         straight[problem.bent] = straight[problem.table.turning] = False
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
-        first, second = (statics.q[of_point + joints] for of_point in (0, problem.joints))
+        first = statics.q[joints]
+        second = statics.q[problem.joints + joints]
         t = cp.Variable(len(joints), name="t")
         lost = cp.multiply(self.most_lost, t)
         self.within_yield = statics.slacks[straight] >= 0
@@ -53,8 +64,11 @@ class CvxpyParabolaStatic(_Sized):
         self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed, cone])
 
     def read(self) -> State:
-        """The state at the optimum: velocities and rates are the duals of equilibrium and yield, those of
-        crushing in the place of the rocking faces."""
+        """Return the state at the optimum.
+
+        Velocities and rates are the duals of equilibrium and yield. The duals of the crushing conditions are
+        the rates of the rocking faces.
+        """
         p = np.zeros(self._problem.faces)
         p[self._straight] = self.within_yield.dual_value
         for row, faces in zip(self.uncrushed, self._problem.table.turning, strict=True):
@@ -63,11 +77,13 @@ class CvxpyParabolaStatic(_Sized):
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Eq. (10), where joints whose points rock at rates of the sum P and come w nearer than rigid ones
-    dissipate f_c L w² / (4 P) ≤ N² t / (f_c L):
+    """Kinematic program, eq. (10), with the energy that the parabola of crushing dissipates.
 
-    min  −f_D·d + c·p + Σ N² t / (f_c L)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
-    (f_c L w / 2 N)² ≤ P t
+    A joint whose points rock at rates of the sum P, and which closes by w, dissipates f_c L w² / (4 P) ≤ N² t
+    / (f_c L):
+
+        min  −f_D·d + c·p + Σ N² t / (f_c L)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
+        (f_c L w / 2 N)² ≤ P t
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -75,18 +91,18 @@ class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
         joints = problem.crushing
         self.limits = ShearParameters(limits)
         self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
-        one, other = problem.table.turning
-        turning = mechanism.p[one] + mechanism.p[other]
+        first, second = problem.table.turning
+        rocking = mechanism.p[first] + mechanism.p[second]
         self.closing = cp.Variable(len(joints), name="w")
         t = cp.Variable(len(joints), name="t")
-        nearer = problem.table.normal_sums[joints].T
-        self.compatibility = mechanism.compatibility.expr + nearer @ self.closing == 0
+        normal = problem.table.normal_sums[joints].T
+        self.compatibility = mechanism.compatibility.expr + normal @ self.closing == 0
         crushed = cp.multiply(cp.multiply(problem.crushing_force, self.per_size), self.closing)
-        cone = cp.SOC(turning + t, cp.vstack([turning - t, crushed]), axis=0)
+        cone = cp.SOC(rocking + t, cp.vstack([rocking - t, crushed]), axis=0)
         work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + self.most_lost @ t
         if problem.matrices.limited:
-            of_forces = problem.table.limits
-            work += problem.face_constant[of_forces] @ mechanism.p[of_forces]
+            limit_faces = problem.table.limits
+            work += problem.face_constant[limit_faces] @ mechanism.p[limit_faces]
         chords = mechanism.p[problem.table.chords] == 0
         rows = [self.compatibility, mechanism.live_work, chords, cone]
         self.program = cp.Problem(cp.Minimize(work), rows)

@@ -1,5 +1,7 @@
-"""Whether a scene stands under given forces alone, in CVXPY, and what moves if it does not; in space by cones
-of friction."""
+"""Stability of a scene under given forces alone, in CVXPY, and the mechanism if it is unstable.
+
+In space friction is by cones.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -8,14 +10,18 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
+#: Least weight of a block in the inertia, relative to the median block. It keeps the motion of weightless
+#: blocks unique; a larger value would slow them down.
+_LEAST_WEIGHT = 1e-2
+
 
 def by_cones(problem: Problem) -> bool:
-    """Whether these programs have cones of friction."""
+    """Return True if the programs of this module have friction cones for this problem."""
     return problem.by_friction.conic and len(problem.sliding) > 0
 
 
 class CvxpyStanding:
-    """Eq. (9) without a live load: any forces q with
+    """Static program, eq. (9), without a live load: find any forces in equilibrium within yield.
 
     B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
@@ -28,40 +34,43 @@ class CvxpyStanding:
 
 
 def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> Mechanism:
+    """Return the mechanism of a problem, with friction cones if the problem has any."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
     return Mechanism(problem, limits.slope)
 
 
 class CvxpyFalling:
-    """How blocks begin to fall: of all mechanisms that the dead load drives the one nearest to free fall.
+    """Mechanism with which blocks begin to fall under the dead load.
 
         max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
-    over the blocks i, with wᵢ = |f_D,i| in place of masses, and in |dᵢ| rotations times radii of gyration,
-    shape (b, rotations): Gauss's principle of least constraint. Velocities are ``scale`` times those that go
-    with free fall at 1: of what hardly falls they would be rounding.
+    Among all mechanisms that the dead load drives it is the nearest to free fall: Gauss's principle of least
+    constraint. The sum is over the blocks i. The weights wᵢ = |f_D,i| stand for masses. In |dᵢ| rotations are
+    multiplied by the radii of gyration, shape (b, rotations).
+
+    At ``scale`` 1 free fall has velocities of size 1. A larger scale multiplies all velocities, so that those
+    of blocks that hardly fall are not lost in rounding.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
         mechanism = self.mechanism = _mechanism(problem, limits)
-        # In the unit of force the median block's is one. Without weight there is a little inertia.
-        size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
-        of_velocity = np.ones((len(size), problem.layout.dimension))
-        root = np.sqrt(size)[:, None] * np.column_stack([of_velocity, gyration])
+        weight = np.maximum(problem.force_sizes(problem.dead), _LEAST_WEIGHT)
+        of_translation = np.ones((len(weight), problem.layout.dimension))
+        root = np.sqrt(weight)[:, None] * np.column_stack([of_translation, gyration])
         inertia = cp.sum_squares(cp.multiply(root.ravel(), mechanism.d))
         driven = scale * mechanism.power(limits.cohesion) - inertia / 2
         self.program = cp.Problem(cp.Maximize(driven), mechanism.rows)
 
 
 class CvxpyDriven:
-    """The mechanism that the dead load drives, its velocities bounded, and its dual, the forces within yield
-    that leave least out of balance:
+    """Mechanism of bounded velocities that the dead load drives most, and its dual problem.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    In space by cones, or by senses of slips, as of :class:`~.cvxpy_cone.ConeMechanism`.
+    The dual finds the forces within yield that are nearest to equilibrium. In space friction is by cones, or
+    by senses of slip, see :class:`~.cvxpy_cone.ConeMechanism`.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
@@ -70,6 +79,9 @@ class CvxpyDriven:
         self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Velocities d, and forces q as duals of compatibility (CVXPY's sign turned), if there are any."""
+        """Return the velocities d and the forces q, or None if the solver found none.
+
+        The forces are minus CVXPY's duals of compatibility.
+        """
         d, q = self.mechanism.d.value, self.mechanism.compatibility.dual_value
         return None if d is None or q is None else (d, -q)

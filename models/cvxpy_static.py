@@ -8,12 +8,12 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyStatic:
-    """Eq. (9):
+    """Static program, eq. (9).
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0
 
-    n ≥ 0 is no row of its own: the two rocking faces of a joint imply it. With cones of friction n ≥ 0 and
-    |(s, t)| ≤ c + slope · n take the place of z ≥ 0.
+    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. With friction cones
+    the conditions n ≥ 0 and |(s, t)| ≤ c + slope · n replace z ≥ 0.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -24,6 +24,9 @@ class CvxpyStatic:
         self.program = cp.Problem(objective, [statics.equilibrium, *statics.within_yield])
 
     def read(self) -> State:
-        """The state at the optimum: velocities and rates are the duals of equilibrium and yield."""
+        """Return the state at the optimum.
+
+        Velocities and rates are the duals of equilibrium and yield.
+        """
         d = self.statics.equilibrium.dual_value
         return State(*self.statics.forces(), d, self.statics.rates(d, self.limits.slope.value))

@@ -1,4 +1,4 @@
-"""Statics and mechanisms in CVXPY: eqs (1) to (6), from which every formulation is made."""
+"""Statics and mechanisms in CVXPY, eqs (1) to (6): the terms of every CVXPY model."""
 
 from functools import cached_property
 
@@ -16,16 +16,16 @@ class ShearParameters:
         self.set(limits)
 
     def set(self, limits: ShearLimits) -> None:
-        """Change the shear limits."""
+        """Set the shear limits."""
         self.slope.value, self.cohesion.value = limits.slope, limits.cohesion
 
 
 class Statics:
-    """Joint forces q, equilibrium, eq. (1), and the slack z of every face, eq. (4).
+    """Joint forces q in equilibrium, eq. (1), and the slack z of every face, eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers; λ is a variable unless given.
+    Shear limits are parameters or numbers. λ is a variable unless ``load_factor`` is given.
     """
 
     def __init__(
@@ -41,7 +41,10 @@ class Statics:
 
     @cached_property
     def slacks(self) -> cp.Expression:
-        """z, made where it is asked for: cones have no use for it."""
+        """Return the slacks z, shape (faces,).
+
+        They are declared on first use, because models with friction cones do not need them.
+        """
         problem, limits = self._problem, self._limits
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
         slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
@@ -49,15 +52,15 @@ class Statics:
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """z ≥ 0."""
+        """Return the yield condition z ≥ 0."""
         return [self.slacks >= 0]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Rates of the faces, which are the duals of these conditions."""
+        """Return the rates of the faces at the optimum: the duals of the yield condition."""
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """λ and joint forces, shape (3c,), at the optimum."""
+        """Return λ and the joint forces, shape (3c,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 
@@ -66,28 +69,32 @@ class Mechanism:
 
         Bᵀ d = D(slope) p
 
-    The slope, opening per unit slip, is a parameter or numbers.
+    The slope is the opening per unit slip, as a parameter or as numbers.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        self.slip = problem.limit_factors.T @ self.p  #: sliding of either sense, shape (k,)
+        self.slip = problem.limit_factors.T @ self.p  #: slip of each joint, in either sense, shape (k,)
         constant = problem.face_constant
-        #: Energy that the chords of crushing and limits of forces dissipate.
+        #: Energy that the chords of crushing and the limits of forces dissipate.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
-        # With 0 to the right: Python may swap the sides of == between expressions, and the dual's sign.
+        # The right-hand side is 0, because Python may swap the sides of == between two expressions. This
+        # would change the sign of the dual variable.
         self.compatibility = problem.B.T @ self.d - flow == 0
-        #: Its conditions, but that the live load does work.
+        #: The conditions on the mechanism, without that of the live work.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 
     def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
-        """Power of the dead load less what the mechanism dissipates, f_D·d − c·p, for cohesion (k,)."""
+        """Return the power of the dead load minus the dissipation of the mechanism, f_D·d − c·p.
+
+        The cohesion has shape (k,).
+        """
         return self._problem.dead @ self.d - cohesion @ self.slip - self.resisted
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
-        """Rates of the faces at the optimum."""
+        """Return the rates of the faces at the optimum."""
         return np.asarray(self.p.value)

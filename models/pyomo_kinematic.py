@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoKinematic:
-    """Eq. (10), scaled so that velocities come out near 1:
+    """Kinematic program, eq. (10), scaled so that velocities are near 1.
 
     min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
     """
@@ -22,7 +22,10 @@ class PyomoKinematic:
         model.objective = pyo.Objective(expr=raising + dissipated + mechanism.resisted)
 
     def read(self) -> State:
-        """The state at the optimum: forces and λ are the duals of compatibility and of the live work."""
+        """Return the state at the optimum.
+
+        Forces and λ are the duals of compatibility and of the live work.
+        """
         mechanism = self.mechanism
         load_factor, q = self.program.dual[mechanism.live_work], duals(mechanism.compatibility)
         return State(float(load_factor), q, values(mechanism.d), values(mechanism.p))

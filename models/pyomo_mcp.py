@@ -1,5 +1,7 @@
-"""Coulomb collapse as a mixed complementarity problem in Pyomo, from which the MPEC and the global search
-are made."""
+"""Coulomb collapse as a mixed complementarity problem, in Pyomo.
+
+The MPEC and the search of method ``global`` are made from this model.
+"""
 
 from typing import Any
 
@@ -11,12 +13,12 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """Every state of collapse under the joints' own flow rule, eqs (1) to (6) and (8):
+    """All collapse states under the joints' own flow rule, eqs (1) to (6) and (8).
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
-    There is no objective: several λ may meet them.
+    There is no objective. Several λ may satisfy these conditions.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -29,20 +31,22 @@ class PyomoMcp:
         )
 
     def start_from(self, state: State) -> None:
-        """Put a state into the variables."""
+        """Set the variables to a state."""
         self.program.load_factor.set_value(state.load_factor)
         put(self.statics.q, state.q)
         put(self.mechanism.d, state.d)
         put(self.mechanism.p, state.p)
 
     def read(self) -> State:
-        """The state that the variables hold."""
+        """Return the state of the variables' values."""
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Write complementarity, in place, by a transformation of Pyomo's with variables z = C(μ) q + c ≥ 0, and
-    return these."""
+    """Rewrite complementarity, in place, with slack variables z = C(μ) q + c ≥ 0, and return these.
+
+    ``transformation`` is the name of a transformation of Pyomo.
+    """
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
     for condition in conditions.values():
@@ -51,6 +55,8 @@ def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
 
 
 def with_pairs(model: PyomoMcp) -> None:
-    """Write complementarity, in place, as Pyomo's writer of NL files alone takes it: for each face a free
-    variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0."""
+    """Rewrite complementarity, in place, in the form that Pyomo's writer of NL files needs.
+
+    Each face has a free variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0.
+    """
     pyo.TransformationFactory("mpec.nl").apply_to(model.program)

@@ -1,5 +1,7 @@
-"""The least Coulomb load factor in Pyomo: a mathematical program with equilibrium constraints; relaxed to
-products of slacks and rates, as IPOPT is given it; and with a binary for each face."""
+"""The least Coulomb load factor as a mathematical program with equilibrium constraints (MPEC), in Pyomo.
+
+The module also has its relaxation for IPOPT, and its form with a binary variable for each face.
+"""
 
 import numpy as np
 import pyomo.environ as pyo
@@ -10,7 +12,7 @@ from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoMpec(PyomoMcp):
-    """The least load factor:
+    """The least load factor.
 
         min  λ Σ|f_L|    over the states of :class:`PyomoMcp`
 
@@ -24,7 +26,7 @@ class PyomoMpec(PyomoMcp):
 
 
 class PyomoRelaxed:
-    """An MCP or MPEC, rewritten in place, with Scholtes' relaxation of complementarity:
+    """Scholtes' relaxation of complementarity, which rewrites an MCP or MPEC in place.
 
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
@@ -36,40 +38,44 @@ class PyomoRelaxed:
         self.program = model.program
         self.z = with_slack_variables(model, "mpec.simple_nonlinear")
         self.epsilon = self.program.mpec_bound  #: ε, a parameter
-        #: The rows z p ≤ ε, whose bound is all that changes between solves.
+        #: The rows z p ≤ ε. Only their bound changes between solves.
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:
-        """Put a state, and the slacks that follow from it, into the variables."""
+        """Set the variables to a state and to the slacks of its forces."""
         self._model.start_from(state)
         put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
 
     def read(self) -> State:
-        """The state that the variables hold."""
+        """Return the state of the variables' values."""
         return self._model.read()
 
     def products(self) -> np.ndarray:
-        """z p of every face, shape (faces,)."""
+        """Return the product z p of each face, shape (faces,)."""
         return values(self.z) * values(self.program.p)
 
 
 class PyomoGlobal(PyomoMpec):
-    """The MPEC with 0 ≤ λ ≤ Λ, where each face is at yield (y = 1) or at rest:
+    """The MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each face.
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
-    Exact as long as P and Z, shape (faces,), cut nothing off. The last row bounds rates and cuts nothing off:
-    sliding dissipates, so what the live load does covers the raising of the blocks. Λ is an upper bound of
-    λ ≥ 0, such as the associative load factor.
+    A face is at yield (y = 1) or at rest (y = 0). The model is exact if the bounds P and Z, shape (faces,),
+    exclude no collapse state. Λ is an upper bound of λ ≥ 0, such as the associative load factor.
+
+    The last row bounds the rates and excludes no state: sliding dissipates energy, so that the work of the
+    live load is at least the work that raises the blocks.
     """
 
     def __init__(
         self, problem: Problem, most_slack: np.ndarray, most_rate: np.ndarray, highest: float
     ) -> None:
         super().__init__(problem)
-        model, faces = self.program, range(problem.faces)
+        model = self.program
+        faces = range(problem.faces)
         z = with_slack_variables(self, "mpec.standard_form")
-        Z, P = most_slack.tolist(), most_rate.tolist()
+        Z = most_slack.tolist()
+        P = most_rate.tolist()
         model.load_factor.setlb(0.0)
         model.load_factor.setub(highest)
         model.y = pyo.Var(faces, domain=pyo.Binary)

@@ -7,12 +7,12 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoStatic:
-    """Eq. (9), as a minimisation: of a maximisation HiGHS's interior point, without crossover, finds the
-    optimum and then calls it unknown.
+    """Static program, eq. (9), as a minimisation.
 
         min  −λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    −z = −C(slope) q − c ≤ 0
 
-    n ≥ 0 is no row of its own: the two rocking faces of a joint imply it.
+    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. If the program is a
+    maximisation, the interior point of HiGHS without crossover finds the optimum but reports it as unknown.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -25,6 +25,9 @@ class PyomoStatic:
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)
 
     def read(self) -> State:
-        """The state at the optimum: velocities and rates are minus the duals of equilibrium and yield."""
+        """Return the state at the optimum.
+
+        Velocities and rates are minus the duals of equilibrium and yield.
+        """
         d, p = -duals(self.statics.equilibrium), -duals(self.program.within_yield)
         return State(*self.statics.forces(), d, p)

@@ -1,5 +1,7 @@
-"""Statics and mechanisms in Pyomo: eqs (1) to (6), from which every formulation is made; and arrays into its
-expressions, parameters and variables, and out of them."""
+"""Statics and mechanisms in Pyomo, eqs (1) to (6): the terms of every Pyomo model.
+
+The module also converts arrays to Pyomo's expressions and variables, and back.
+"""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -12,38 +14,41 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
-def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> Iterator[Any]:
-    """Each row of ``matrix @ variables`` as a linear expression, its terms in order, or ``together`` joint by
-    joint, given their number. The order of terms is that of HiGHS's columns, and decides in which optimal
-    vertex simplex ends."""
+def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> Iterator[Any]:
+    """Yield each row of ``matrix @ variables`` as a linear expression.
+
+    The terms of a row are in the order of the columns. If ``by_joint`` is the number of joints, they are
+    sorted by joint instead, with all kinds of force of a joint together. The order of the terms becomes that
+    of HiGHS's columns, which decides the optimal vertex in which the simplex method ends.
+    """
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
         columns, entries = matrix.indices[span], matrix.data[span]
-        if together:
-            order = np.lexsort((columns, columns % together))
+        if by_joint:
+            order = np.lexsort((columns, columns % by_joint))
             columns, entries = columns[order], entries[order]
         terms = [variables[column] for column in columns]
         yield LinearExpression(linear_coefs=entries.tolist(), linear_vars=terms)
 
 
 def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
-    """``coefficients · variables`` as a linear expression, zeros left out."""
+    """Return ``coefficients · variables`` as a linear expression without zero terms."""
     return next(rows(sp.csr_array(coefficients[None, :]), variables))
 
 
 def values(variable: pyo.Var) -> np.ndarray:
-    """The loaded values of an indexed variable, in order."""
+    """Return the values of an indexed variable, in order."""
     return np.array([data.value for data in variable.values()])
 
 
 def duals(constraint: pyo.Constraint) -> np.ndarray:
-    """The loaded duals of an indexed constraint, in order."""
+    """Return the duals of an indexed constraint, in order."""
     dual = constraint.model().dual
     return np.array([dual[data] for data in constraint.values()])
 
 
 def put(variable: pyo.Var, numbers: np.ndarray) -> None:
-    """Give an indexed variable these values, in order."""
+    """Set an indexed variable to values, in order."""
     for data, number in zip(variable.values(), numbers.tolist(), strict=True):
         data.set_value(number, skip_validation=True)
 
@@ -58,17 +63,17 @@ class ShearParameters:
         self.set(limits)
 
     def set(self, limits: ShearLimits) -> None:
-        """Change the shear limits."""
+        """Set the shear limits."""
         self.slope.store_values(dict(enumerate(limits.slope.tolist())))
         self.cohesion.store_values(dict(enumerate(limits.cohesion.tolist())))
 
 
 class Statics:
-    """Joint forces q and λ, equilibrium, eq. (1), and the slack z of every face, eq. (4), in a model.
+    """Joint forces q and λ in equilibrium, eq. (1), and the slack z of every face, eq. (4), in a model.
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers; ``slacks`` are expressions, one a face.
+    Shear limits are parameters or numbers. ``slacks`` has one expression for each face.
     """
 
     def __init__(
@@ -77,8 +82,10 @@ class Statics:
         self.load_factor: Any = pyo.Var()
         model.load_factor = self.load_factor
         self.q = model.q = pyo.Var(range(problem.B.shape[1]))
-        q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion
-        internal = list(rows(problem.B, q, together=problem.joints))
+        q = list(self.q.values())
+        slope = limits.slope
+        cohesion = limits.cohesion
+        internal = list(rows(problem.B, q, by_joint=problem.joints))
         live, dead = problem.live.tolist(), problem.dead.tolist()
 
         def balance(_: Any, row: int) -> Any:
@@ -87,15 +94,15 @@ class Statics:
 
         self.equilibrium = model.equilibrium = pyo.Constraint(range(problem.B.shape[0]), rule=balance)
         limit = [cohesion[i] + slope[i] * n for i, n in enumerate(rows(problem.N, q))]
-        shared: list[Any] = problem.face_constant.tolist()
+        constant: list[Any] = problem.face_constant.tolist()
         factors = problem.limit_factors.tocoo()
         for face, joint, factor in zip(factors.row, factors.col, factors.data.tolist(), strict=True):
-            shared[face] = factor * limit[joint]
+            constant[face] = factor * limit[joint]
         without_friction = rows(problem.C(np.zeros(len(limit))), q)
-        self.slacks: list[Any] = [z + most for z, most in zip(without_friction, shared, strict=True)]
+        self.slacks: list[Any] = [z + c for z, c in zip(without_friction, constant, strict=True)]
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """λ and joint forces, shape (3c,), that the variables hold."""
+        """Return λ and the joint forces, shape (3c,), of the variables' values."""
         return float(self.load_factor.value), values(self.q)
 
 
@@ -104,7 +111,7 @@ class Mechanism:
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 
-    The slope, opening per unit slip, is of parameters or numbers.
+    The slope is the opening per unit slip, as parameters or as numbers.
     """
 
     def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
@@ -113,9 +120,9 @@ class Mechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
-        #: Expressions: sliding of either sense, one a joint that can slide.
+        #: Slip of each joint that can slide, in either sense, as an expression.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Energy that the chords of crushing and limits of forces dissipate.
+        #: Energy that the chords of crushing and the limits of forces dissipate.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

@@ -37,7 +37,7 @@ SECONDS = 20.0
 def wrong_claims(result: mo.Result, bounds: Bounds) -> list[str]:
     """Return a sentence for each claim of a result that the programs refute."""
     assembly, found = result.assembly, []
-    every = [*result.reasons, *result.expected_reasons]
+    every = [*result.reasons, *result.incremental_reasons]
     codes = {reason.code for reason in every}
     if result.solution.is_only_state:
         found += refute_uniqueness(assembly, result.load_factor or 0.0)

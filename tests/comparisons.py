@@ -17,18 +17,18 @@ NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 _ENDS: dict[tuple[str, str], tuple[float | None, float, dict[str, Any]]] = {
     (BLOCKS, "static"): (0.25, 1.5, {}),
     (BLOCKS, "nonassociative"): (0.153, 2.5, {}),
-    (BLOCKS, "mcp"): (0.15, 0.5, {}),
-    (BLOCKS, "refined"): (0.15, 4.5, {"flow": 0.3}),
+    (BLOCKS, "coulomb"): (0.15, 0.5, {}),
+    (BLOCKS, "mpec"): (0.15, 4.5, {"flow": 0.3}),
     (WALL, "static"): (0.64286, 1.5, {}),
     (WALL, "nonassociative"): (None, 60.0, {"ended": "time limit", "message": "over 60 s"}),
-    (WALL, "mcp"): (None, 3.5, {"status": "unstable under dead load", "message": "It falls. " * 30}),
-    (WALL, "refined"): (0.63898, 5.5, {}),
+    (WALL, "coulomb"): (None, 3.5, {"status": "unstable under dead load", "message": "It falls. " * 30}),
+    (WALL, "mpec"): (0.63898, 5.5, {}),
 }
 
 
 def made_up() -> Comparison:
     """Two scenes and four methods: HiGHS takes twice Clarabel's time, and in the loop ends at 2 % more."""
-    planned = plan(["static", "nonassociative", "mcp", "refined"], ["cvxpy"], ["clarabel", "highs"], [1e-9])
+    planned = plan(["static", "nonassociative", "coulomb", "mpec"], ["cvxpy"], ["clarabel", "highs"], [1e-9])
     rows = []
     for scene in NAMES:
         for pair in planned.pairs:
@@ -44,7 +44,7 @@ def made_up() -> Comparison:
             }
             rows.append(line(scene=scene, **(run | known)))
     bounds = {BLOCKS: CertifiedBounds(0.25, 0.25), WALL: CertifiedBounds(0.64286, 0.64286)}
-    best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "refined")}
+    best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "mpec")}
     judged = judged_by_hand(summary(rows, bounds, best), {WALL: {"Coulomb": "unstable under dead load"}})
     scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
     results = pd.DataFrame(rows, columns=COLUMNS)

@@ -13,7 +13,7 @@ GOOD |= dict.fromkeys(("equilibrium", "yield", "flow", "complementarity", "nlp_s
 GOOD |= {"load_factor": 1.0, "wall": 1.0, "peak_memory": 100.0, "joints": 100.0, "blocks": 50.0}
 GOOD |= {"lp_solves": 1.0, "iterations": 9.0, "time_limit": 60.0, "memory_limit": 4e3}
 KINDS = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
-KINDS |= {"mcp": "nearly complementary", "mpec": "relaxed"}
+KINDS |= {"coulomb": "nearly complementary", "mpec": "relaxed"}
 
 
 def line(**known: Any) -> dict[str, Any]:

@@ -113,7 +113,7 @@ _loaded = cache(mo.load)
 _SOLVED: dict[tuple[object, ...], Result] = {}
 
 
-def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Result:
+def solved(scene: mo.Scene | Path, method: str = "coulomb", **options: Any) -> Result:
     """``mo.solve``, once for each scene, method and options: results do not change.
 
     The incremental load factor is left out unless asked for.
@@ -121,7 +121,7 @@ def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Resul
     scene = _loaded(scene) if isinstance(scene, Path) else scene
     key = (repr((scene.model_dump(), scene.load_case)), method, *sorted(options.items()))
     if key not in _SOLVED:
-        _SOLVED[key] = mo.solve(scene, method, **({"expected": False} | options))
+        _SOLVED[key] = mo.solve(scene, method, **({"incremental": False} | options))
     return _SOLVED[key]
 
 

@@ -102,7 +102,9 @@ def _wrong_coulomb(result: mo.Result, found: "Bounds") -> list[str]:
         return [] if result.status is Status.UNSTABLE else [f"by default {result.status}, but it falls"]
     most = found.outside or 0.0
     above = [
-        of for of in (result.load_factor, result.expected) if of is not None and of > most * (1 + SAME) + SAME
+        of
+        for of in (result.load_factor, result.incremental)
+        if of is not None and of > most * (1 + SAME) + SAME
     ]
     return [f"Coulomb {of} above {most}" for of in above]
 

@@ -1,1 +1,1 @@
-"""What an answer is, and when it is good enough."""
+"""Answers of an analysis, their certificates, and the limits within which an answer is accepted."""

@@ -1,5 +1,8 @@
-"""A state and its certificate, made together: what methods hand on and results show; proofs that there is no
-load factor. Residuals are of matrices alone, never of a solver."""
+"""Answers with their certificates, and proofs that no load factor exists.
+
+An answer and its certificate are made together; methods return answers and results show them. Residuals are
+computed from the matrices alone, never taken from a solver.
+"""
 
 from dataclasses import asdict, dataclass
 from enum import StrEnum
@@ -13,8 +16,9 @@ from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind, over_load_fact
 from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Of, Problem
 
-#: Forces below this share of the live load at collapse do not matter, whatever acts on their block.
-_NO_MATTER = 1e-4
+#: Share of the live load at collapse below which a force does not matter. Residuals of a block are relative
+#: to at least this force, however small the forces on the block are.
+_SMALLEST_FORCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -26,11 +30,10 @@ class Certificate:
     equilibrium: largest entry of B q + λ f_L + f_D, over the total dead load.
     yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
-    flow: largest departure of Bᵀd (and what elastic contacts give) from the flow rule, over the largest
-        velocity.
-    complementarity: Σ|z p| over the live load's work: energy of what moves without being at yield,
-        in units of λ. (For associative flow: by how much λ can be off.) Where friction exceeds one, and what
-        sliding opens, slacks of sliding are counted as normal forces.
+    flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
+    complementarity: Σ|z p| over the work of the live load, in units of λ: the energy of faces that move
+        without being at yield. For associative flow λ is wrong by this number at most. Rates of sliding
+        faces are divided by max(1, μ) / max(1, slope of the flow rule).
     """
 
     equilibrium: float
@@ -39,92 +42,107 @@ class Certificate:
     complementarity: float
 
     def as_dict(self) -> dict[str, float]:
-        """The four residuals by the names used in reports."""
+        """Return the four residuals by the names used in reports."""
         return {name.rstrip("_"): value for name, value in asdict(self).items()}
 
     @property
     def worst(self) -> float:
-        """The largest of the four."""
+        """Largest of the four residuals."""
         return max(self.as_dict().values())
 
 
 def certify(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
 ) -> Certificate:
-    """Residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule, which demands the
-    slope (k,), opening per unit slip, of joints that can slide: μ if associative, tan φ₀ for their own."""
+    """Return the residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule.
+
+    The flow rule is given by the slope (k,), the opening per unit slip of the joints that can slide. The
+    slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
+    """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
-    z, p = problem.slacks(q), problem.rates(d, slope, q)
-    # With μ = 1e6 slip of 1e-14, rounding, would waste 1e-8 of a force.
+    z, p = problem.slacks(q), problem.rates(d, slope)
+    # Without this divisor, at μ = 1e6, a slip of 1e-14 (rounding) would count as an energy of 1e-8 of a
+    # force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float(z.min())),
-        flow=float(np.abs(problem.departure(d, p, slope, q)).max() / (np.abs(d).max() or 1.0)),
+        flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p / steep) / abs(live_work),
     )
 
 
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
-    """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
+    """Return the largest force (a load, n or s) that acts on each block, shape (b,).
+
+    The force is at least the smallest force that matters, a share of the live load at collapse.
+    """
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
     at_joints = np.abs([problem.normal_forces(q), *problem.shears(q)]).max(axis=0)
-    carried, (block, joint) = np.zeros(problem.blocks), problem.matrices.ends.nonzero()
+    carried = np.zeros(problem.blocks)
+    block, joint = problem.matrices.ends.nonzero()
     np.maximum.at(carried, block, at_joints[joint])
     if problem.matrices.limited:
         limited = abs(problem.matrices.of_limited @ sp.diags_array(problem.of_forces(q)))
-        held = problem.forces(limited.max(axis=1).toarray()).max(axis=1)
-        carried = np.maximum(carried, held)
-    least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
-    return np.maximum(np.maximum(loads, carried), least)
+        from_limited = problem.forces(limited.max(axis=1).toarray()).max(axis=1)
+        carried = np.maximum(carried, from_limited)
+    smallest = _SMALLEST_FORCE * max(abs(load_factor), SMALLEST) * problem.live_norm
+    return np.maximum(np.maximum(loads, carried), smallest)
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
-    lesser, (block, joint) = np.full(problem.joints, inf), problem.matrices.ends.nonzero()
+    """Return the smaller of the forces that act on the movable blocks of each joint, shape (c,).
+
+    ``acting`` is the largest force on each block, shape (b,).
+    """
+    lesser = np.full(problem.joints, inf)
+    block, joint = problem.matrices.ends.nonzero()
     np.minimum.at(lesser, joint, acting[block])
     return lesser
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
-    """Forces and velocities that a method ended with, without a load factor; None where it found none."""
+    """Forces and velocities with which a method ended, without a load factor; None if not known."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
     #: Opening per unit slip under the flow rule of the velocities, shape (k,).
     slope: np.ndarray | None = None
-    forms: Forms = BY_FACES  #: by which laws friction and strength limited them
+    forms: Forms = BY_FACES  #: forms of the friction law and the strength law that limit the forces
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Answer(Found):
-    """A load factor with its forces and mechanism, and what they leave of every condition. Made by
-    :func:`certified` alone: each state has one certificate."""
+    """Load factor with its forces and mechanism, and their residuals in every condition.
 
-    load_factor: float
-    q: np.ndarray
-    d: np.ndarray
-    slope: np.ndarray
-    compliance: np.ndarray | None  #: of the contacts under which it was certified, as a problem has it
+    Only :func:`certified` makes answers, so that each state has one certificate.
+    """
+
+    load_factor: float  #: load factor λ
+    q: np.ndarray  #: joint forces, shape (3c,)
+    d: np.ndarray  #: block velocities, shape (3b,)
+    slope: np.ndarray  #: opening per unit slip under the flow rule of the velocities, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
-    residuals: dict[str, float]  #: everything that the limits of acceptance are for
+    residuals: dict[str, float]  #: all residuals that ``Limits`` limit, by the names of their limits
 
     def failing(self, kind: Kind) -> dict[str, float | None]:
-        """Residuals that exceed the limits of a kind of answer."""
+        """Return the residuals that exceed the limits of a kind of answer."""
         return LIMITS[kind].failing(self.residuals)
 
     @property
     def exact(self) -> bool:
-        """Whether it is an exact state."""
+        """True if the answer is an exact state."""
         return not self.failing(Kind.EXACT)
 
     def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
-        """The state under a flow rule (k,) and a problem's contacts and laws: itself if all are its own."""
-        same = self.compliance is problem.compliance and self.forms == problem.forms
-        if same and np.array_equal(self.slope, slope):
+        """Return the state certified under a flow rule (k,) and the laws of a problem.
+
+        The answer itself is returned if flow rule and laws are its own.
+        """
+        if self.forms == problem.forms and np.array_equal(self.slope, slope):
             return self
         return certified(problem, self.load_factor, self.q, self.d, slope)
 
@@ -132,71 +150,76 @@ class Answer(Found):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """A state under a flow rule, by default the joints' own at these forces; parameters are of ``certify``.
+    """Return a state with its certificate under a flow rule, by default the joints' own at these forces.
 
-    The certificate is relative to median weights and total loads, in which a very light block disappears.
-    Where it carries the live load it sets λ alone: hence the residuals block by block.
+    The parameters are those of :func:`certify`. The certificate is relative to median weights and total
+    loads, in which errors on a very light block do not show. If such a block carries the live load, it alone
+    determines λ. The residuals therefore also measure each block and each joint by its own forces.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)
-    unbalanced, work = problem.unbalanced(load_factor, q), float(problem.live @ d)
-    acting, wasted = largest_acting(problem, load_factor, q), float(np.abs(unbalanced * d).sum())
-    # Of moments the forces that they are at the block's longest arm.
+    unbalanced = problem.unbalanced(load_factor, q)
+    live_work = float(problem.live @ d)
+    unbalanced_work = float(np.abs(unbalanced * d).sum())
+    acting = largest_acting(problem, load_factor, q)
     forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    # Moments count as the forces that have these moments at the block's longest arm.
     moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
-    z, at_joints = problem.slacks(q), of_lesser_block(problem, acting)[problem.face_joint]
-    violation = float((-z[: len(at_joints)] / at_joints).max())
+    z = problem.slacks(q)
+    at_faces = of_lesser_block(problem, acting)[problem.face_joint]
+    violation = float((-z[: len(at_faces)] / at_faces).max())
     beyond_limits = float(-z[problem.table.limits].min(initial=inf) / acting.min())
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
-        # A live load that drives nothing: its entries are below what the solver takes for zero.
-        "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
+        # The live load does no work if its entries are below the tolerance of the solver.
+        "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
         "block": float(np.maximum(forces, moments).max()),
         "joint": max(violation, beyond_limits, 0.0),
     }
     return Answer(
-        load_factor=float(load_factor) + 0.0,  # no minus before a zero
+        load_factor=float(load_factor) + 0.0,  # turns −0.0 into 0.0
         q=q,
         d=d,
         slope=slope,
         forms=problem.forms,
-        compliance=problem.compliance,
         certificate=certificate,
         residuals=residuals,
     )
 
 
 class Existence(StrEnum):
-    """What is proven of a load factor λ ≥ 0 at which blocks move under the joints' own flow rule."""
+    """Proven statements on load factors λ ≥ 0 at which blocks move under the joints' own flow rule."""
 
     NO_MECHANISM = "none exists: no mechanism lets the live load do work"
-    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"  #: faces never yield together
+    #: The faces that move in a mechanism never come to yield together.
+    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
     UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
     UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
 
     @property
     def proven(self) -> bool:
-        """Whether it is proven that no such load factor exists."""
+        """True if it is proven that no such load factor exists."""
         return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
 
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """Proof that no load factor exists, or the forces that leave it unbounded, with residuals; zero is exact.
+    """Proof that no load factor exists, or forces that carry any live load, with residuals; zero is exact.
 
     Attributes
     ----------
-    existence: what is proven.
+    existence: the proven statement.
     equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
-        friction without cohesion (where there is no mechanism: within the joints' own dilatancy). None
-        without such forces.
-    clamped: joints in self-stress, by their numbers in the problem, of a result by those in
-        ``Result.joints``, the most stressed first: other forces carry the opposite of the live load, and the
-        sum of both balances itself.
-    static_cuts, kinematic_cuts: numbers of sets of faces that cannot come to yield together, and of sets of
-        which one face must move. Together they leave no choice of moving faces.
-    cut_residual: the largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
+        friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
+        None if no such forces exist.
+    clamped: indices of the joints in self-stress, the most stressed first. Indices are those of the problem,
+        in a result those of ``Result.joints``. Other forces carry the opposite of the live load, and the sum
+        of both is in equilibrium without loads.
+    static_cuts: number of sets of faces that cannot come to yield together.
+    kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
+        they exclude every choice of moving faces.
+    cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
     """
 
     existence: Existence
@@ -207,10 +230,11 @@ class InfeasibilityCertificate:
     kinematic_cuts: int = 0
     cut_residual: float = 0.0
 
-    proven = Of[bool]("existence")  #: whether no load factor λ ≥ 0 exists under the joints' own flow rule
+    #: True if no load factor λ ≥ 0 exists under the joints' own flow rule.
+    proven = Of[bool]("existence")
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything by the names used in reports, and whether it is a proof."""
+        """Return all attributes by the names used in reports, ``proven`` included."""
         own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
         return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
 
@@ -218,23 +242,31 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Residuals of B q + f_L = 0 and, on all faces but those ``still`` (faces,), of C(slope) q ≥ 0, as forces
-    over Σ|f_L|, for joint forces q (3c,)."""
+    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0 for joint forces q (3c,), over Σ|f_L|.
+
+    The faces for which ``still`` (faces,) is true may violate the second condition.
+    """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))
     return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """The larger of :func:`ray_residuals` under the joints' own flow rule: zero shows that f_L·d ≤ 0 unless
-    one of the faces ``still`` (faces,) moves."""
+    """Return the larger of :func:`ray_residuals` under the joints' own flow rule.
+
+    A residual of zero shows that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
+    """
     return max(ray_residuals(problem, q, problem.dilatancy, still))
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """Residual of Bᵀd = C(μ)ᵀp, of p ≥ 0 on all faces but those ``held`` at yield (faces,), and of f_L·d ≥ 0,
-    for a motion d (3b,) with rates p (faces,), over the energy f_D·d − c·p that it gains: zero shows that no
-    state with λ ≥ 0 brings these faces to yield together. Infinite if it gains none."""
+    """Return the residual of the proof that no state with λ ≥ 0 brings some faces to yield together.
+
+    The faces are those for which ``held`` (faces,) is true. The proof is a motion d (3b,) with rates p
+    (faces,) that meets three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and f_L·d ≥ 0. The residual
+    is the largest violation over the energy f_D·d − c·p that the motion gains. It is infinite if the motion
+    gains no energy.
+    """
     gain = float(problem.dead @ d - problem.face_cohesion @ p)
     if not gain > 0:
         return inf

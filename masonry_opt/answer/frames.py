@@ -1,13 +1,12 @@
-"""Tables of a solution: a row a block, a row a joint, with names and in the case's units."""
+"""Tables of a solution, with one row for each block or joint, in the case's units."""
 
-from collections.abc import Iterable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_opt.answer.motion import fastest, relative_rotation, velocities, yielded
-from masonry_opt.answer.solution import GivingState, Solution
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
+from masonry_opt.answer.motion import fastest, joints_that_move, relative_rotation, velocities
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import AT_HIGHEST, HINGES, IDLE, MOVES
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.faces import parabola
@@ -20,36 +19,41 @@ if TYPE_CHECKING:
 
 
 def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
-    """The same frame, without a minus before any zero of its real numbers."""
+    """Return a copy of a frame in which −0.0 is replaced by 0.0."""
     numbers = frame.select_dtypes("float64").columns
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """A table of rows, or of columns by name, without a minus before any zero."""
-    # Frames are made when they are asked for: pandas takes a quarter of a second to import.
+    """Return a table of rows, or of columns by name, in which −0.0 is replaced by 0.0."""
+    # Importing pandas takes a quarter of a second, so that only analyses that need a table import it.
     import pandas as pd
 
     return unsigned(pd.DataFrame(rows))
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
-    problem, shapes, (_, _, d) = assembly.problem, assembly.geometry, _known(assembly, solution)
-    turning = problem.moments(d) / problem.length_unit
+    """Return a row for each movable block: its centroid, and its velocities (NaN without a mechanism)."""
+    problem, shapes = assembly.problem, assembly.geometry
+    _, _, d = _known(assembly, solution)
+    rotations = problem.moments(d) / problem.length_unit
     columns = {
         "block": assembly.names(assembly.movable),
         **_columns("", shapes.centroid[assembly.movable] + shapes.origin),
         **_columns("v", problem.forces(d)),
-        **(_columns("w", turning) if assembly.scene.dimension == 3 else {"omega": turning[:, 0]}),
+        **(_columns("w", rotations) if assembly.scene.dimension == 3 else {"omega": rotations[:, 0]}),
     }
     return framed(columns)
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
-    space area, normal and resultants, by components, and where they act."""
-    joints, (q, u, d) = assembly.joints, _known(assembly, solution)
+    """Return a row for each joint: its blocks, middle, length, forces and rates.
+
+    Forces are NaN if none are known, rates without a mechanism. In space the row has the area, the normal,
+    the components of the resultant, and the point on which the resultant acts.
+    """
+    joints = assembly.joints
+    q, u, d = _known(assembly, solution)
     extent, forces = ("length", _forces) if assembly.scene.dimension == 2 else ("area", _resultants)
     used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly, q), nan=-1.0))
     columns = {
@@ -64,10 +68,14 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """A row a contact point: joint and blocks, forces and rates (NaN if not known); None in the plane."""
+    """Return a row for each contact point: joint and blocks, forces and rates; None in the plane.
+
+    Forces and rates are NaN if they are not known.
+    """
     if assembly.scene.dimension == 2:
         return None
-    joints, problem, (q, u, _) = assembly.joints, assembly.problem, _known(assembly, solution)
+    joints, problem = assembly.joints, assembly.problem
+    q, u, _ = _known(assembly, solution)
     joint, normal, n = joints.joint, joints.normal[joints.joint], problem.normal_forces(q)
     force, motion = _vectors(assembly, q), _vectors(assembly, u)
     opening = dots(motion, normal)
@@ -87,22 +95,40 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
     return framed(columns)
 
 
-def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFrame":
-    """A row a state of contacts that give less and less; joints that start are those of no row before."""
-    rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
-    for state in states:
-        moves = yielded(replace(assembly, problem=state.problem), state.answer)
-        slide, part = (assembly.pairs_of(joints) for joints in moves & ~started)
-        started |= moves
-        displacement = assembly.problem.live_displacement / state.give
-        row = {"displacement": displacement, "load_factor": state.answer.load_factor, "give": state.give}
-        row |= {"sliding": int(moves[0].sum()), "opening": int(moves[1].sum())}
-        rows.append(row | {"starts_sliding": slide, "starts_opening": part})
+def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
+    """Return a row for each step of the method; steps of a load history list the joints that change."""
+    steps = solution.history
+    if not steps or not isinstance(steps[0], LoadStep):
+        return framed(list(steps)).drop(columns="solved", errors="ignore")
+    slide, are_open = joints_that_move(assembly, steps)
+    unit, rows = assembly.problem.live_displacement, []
+    for number, step in enumerate(steps):
+        now, before = (np.stack([slide[row], are_open[row]]) for row in (number, max(number - 1, 0)))
+        sticks = before.any(axis=0) & ~now.any(axis=0)
+        changes = [assembly.pairs_of(joints) for joints in (*(now & ~before), sticks)]
+        names = ("begins_to_slide", "begins_to_open", "begins_to_stick")
+        row = {"iteration": step.iteration, "load_factor": step.load_factor}
+        row |= {"displacement": unit * step.displacement, "jump": step.is_jump}
+        rows.append(row | dict(zip(names, changes, strict=True)))
+    return framed(rows)
+
+
+def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
+    """Return a row for each load step; it lists the joints that slide or open for the first time."""
+    moves = np.stack(joints_that_move(assembly, history.steps), axis=1)
+    started = np.zeros_like(moves[0])
+    unit, rows = assembly.problem.live_displacement, []
+    for step, now in zip(history.steps, moves, strict=True):
+        slide, opened = (assembly.pairs_of(joints) for joints in now & ~started)
+        started |= now
+        row = {"displacement": unit * step.displacement, "load_factor": step.load_factor}
+        row |= {"jump": step.is_jump, "sliding": int(now[0].sum()), "opening": int(now[1].sum())}
+        rows.append(row | {"starts_sliding": slide, "starts_opening": opened})
     return framed(rows)
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Forces of the problem's joints, their rates, and velocities of its blocks, NaN where not found."""
+    """Return joint forces (3c + t,), their rates, and block velocities (3b,); NaN if not known."""
     B = assembly.problem.B
     no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)
     q = no_forces if solution.q is None else solution.q
@@ -110,18 +136,22 @@ def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarr
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the components of vectors, shape (rows, 2) or (rows, 3), as columns by prefix and axis."""
     return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
 
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
-    """Forces on the first block, or its motion against the second, at contact points in space."""
+    """Return vectors at contact points in space, shape (points, 3), from components by kind.
+
+    The components are forces on the first block, or motions of the first block relative to the second.
+    """
     axes = assembly.joints.axes[:, assembly.joints.joint]
     vectors: np.ndarray = np.einsum("kp,kpi->pi", assembly.problem.by_kind(of_kinds), axes)
     return vectors
 
 
 def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Forces and rates of joints in the plane."""
+    """Return the columns of forces and rates of joints in the plane."""
     problem = assembly.problem
     (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
     return {
@@ -135,7 +165,7 @@ def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> 
 
 
 def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Normals, resultants and rates of joints in space."""
+    """Return the columns of normals, resultants and rates of joints in space."""
     joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
@@ -143,7 +173,7 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     pressed = n > IDLE * np.nanmax(n, initial=0.0)
     share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
     acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
-    # About the centroid where nothing presses.
+    # The torsion of a joint that is not pressed is the moment about its centroid.
     about = np.where(pressed[:, None], acts, middle)[joint]
     torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
     motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
@@ -168,32 +198,44 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
-    """Largest of |s|, in space |(s, t)|, over the true Coulomb limit (0 where friction is unlimited); in the
-    plane of |m| over n L/2 (less what crushing takes) and of n over f_c L. NaN where a joint is idle."""
-    problem, long = assembly.problem, assembly.joints.extent[assembly.joint] > 0
+    """Return the utilisation of each of the problem's joints, shape (c,): force over limit.
+
+    Utilisation is the largest of three ratios, and NaN if the joint carries no force:
+
+    - the shear |s|, in space |(s, t)|, over the true Coulomb limit; 0 if friction is unlimited;
+    - in the plane, the moment |m| over n L/2, which crushing reduces;
+    - in the plane, n over f_c L, the normal force that crushes the joint.
+    """
+    problem, has_length = assembly.problem, assembly.joints.extent[assembly.joint] > 0
     points, n = problem.at_points(q), problem.normal_forces(q)
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
-    # Of a corner on an edge, whose two points are one, any share of n may be at either.
-    m = np.where(long, points.max(axis=0) - points.min(axis=0), 0.0)
-    nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
+    # The two points of a corner on an edge coincide, so that the joint has no moment.
+    m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
+    # Smaller forces are rounding, and no limit counts as smaller.
+    rounding = IDLE * (np.abs(n).max() or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    most = n.copy()
-    most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
-    used = m / np.maximum(most, nothing)
+    # Largest moment, as the difference of the normal forces at both points.
+    largest = n.copy()
+    largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
+    used = m / np.maximum(largest, rounding)
     used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
-    used[problem.sliding] = np.maximum(used[problem.sliding], s[problem.sliding] / np.maximum(limit, nothing))
-    return np.where(np.stack([np.abs(n), s, m]).max(axis=0) <= nothing, np.nan, used)
+    used[problem.sliding] = np.maximum(
+        used[problem.sliding], s[problem.sliding] / np.maximum(limit, rounding)
+    )
+    return np.where(np.stack([np.abs(n), s, m]).max(axis=0) <= rounding, np.nan, used)
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """A row a limited force of these roles (NaN without forces, or mechanism)."""
-    problem, those = assembly.problem, [force.role in roles for force in assembly.limited]
+    """Return a row for each limited force of some roles; NaN if forces or mechanism are not known."""
+    problem = assembly.problem
+    has_role = [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]
     q, u, d = _known(assembly, solution)
-    T, closing = problem.of_forces(q)[those] * problem.force_unit, problem.of_forces(u)[those]
+    T = problem.of_forces(q)[has_role] * problem.force_unit
+    closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
-    # A solver leaves a force off its limit by its tolerance, which is a share of the scene's forces.
+    # A force at its limit differs from the limit by the tolerance of the solver, a share of all forces.
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
@@ -208,7 +250,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
         "force": np.where(yields & (np.abs(highest - T) <= rounding), highest, T),
         "lowest": lowest,
         "highest": highest,
-        # What a force works on, it goes along with: a tie shortens, a prop lengthens.
+        # A force does work as the tie shortens or the prop lengthens.
         "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
         "yields": yields,
     }

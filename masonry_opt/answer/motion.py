@@ -1,59 +1,60 @@
-"""How blocks and joints move in a mechanism."""
+"""Motions of blocks and joints in a mechanism."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import Solution, Way
+from masonry_opt.answer.load_history import LoadStep
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
 
-_ROUNDED = 5.0  #: Motion of a joint that has yielded, over what the rounding of its law leaves.
-
 
 @dataclass(frozen=True)
 class JointMotion:
-    """How the joints move in a mechanism."""
+    """Kinds of motion of the joints in a mechanism."""
 
-    slides: np.ndarray  #: joints that slip while they touch, and do not crush, shape (joints,)
-    hinges: np.ndarray  #: joints that open about one edge, or about what touches of them, shape (joints,)
-    #: That edge, or corner; in space the middle of the points that touch; shape (joints, 2) or (joints, 3).
+    slides: np.ndarray  #: True if a joint slips while it touches and does not crush, shape (joints,)
+    #: True if a joint opens about one edge, in space about the points that touch, shape (joints,).
+    hinges: np.ndarray
+    #: Point about which the joint hinges: an edge or a corner, in space the mean of the points that touch.
+    #: The shape is (joints, 2), in space (joints, 3).
     hinge: np.ndarray
-    separates: np.ndarray  #: joints that open along their whole length, or at all points, shape (joints,)
-    crushes: np.ndarray  #: joints of limited strength whose edges come nearer, shape (joints,)
+    separates: np.ndarray  #: True if a joint opens along its whole length, or at all points, shape (joints,)
+    crushes: np.ndarray  #: True if a joint of limited strength closes at an edge, shape (joints,)
 
 
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
-    """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
+    """Return the joints that slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    Neither what contacts give elastically nor opening by the answer's flow rule counts. Motions are beside a
-    speed, by default that of the mechanism's fastest corner. Without force a joint that opens in the middle
-    while an edge stays hinges about it, or separates if it slips. In space a joint slides if a contact point
-    slips while it touches, hinges if it opens more at some points than at others that touch.
+    - Opening that the flow rule of the answer demands is not counted.
+    - Thresholds are relative to ``speed``, by default the speed of the mechanism's fastest corner.
+    - A joint without force whose middle opens while an edge touches hinges about this edge. If the joint also
+      slips, it separates.
+    - In space a joint slides if a contact point slips while it touches. It hinges if it opens more at some
+      points than at others that touch.
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # Blocks that fall under their dead load do so by associative flow.
+    # The mechanism of a scene that falls under its dead load has associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
-    # By sides a point that slides between two of their senses opens by less than by the cone.
-    rates = problem.rates(solution.d, slope, solution.q)
+    # With friction by a polygon, a point that slides between two senses opens by less than with the cone.
+    rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
-    motion = problem.motion(solution.d, solution.q)
+    motion = problem.motion(solution.d)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
     speed = speed or fastest(assembly, solution.d)
-    # Opening of each contact point beside what the flow rule demands.
+    # Opening of each contact point, less the opening that the flow rule demands.
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
-    # Turning of what has no extent is measured on a joint of usual length.
+    # A joint without extent turns as if it had the usual length.
     turned = relative_rotation(assembly, solution.d)
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
@@ -76,85 +77,83 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     )
 
 
-def yielded(assembly: Assembly, found: Found, speed: float | None = None) -> np.ndarray:
-    """Which joints of contacts that give slide under pressure, and which open, shape (2, joints), by what
-    moves beside a speed as in ``joint_motion``."""
-    motion = joint_motion(assembly, Solution(Status.CONVERGED, Kind.COMPLIANT, found=found), speed)
-    assert found.q is not None
-    n = assembly.problem.normal_forces(found.q)
-    # Joints without force slip as they please.
-    pressed = assembly.most_of_joints(n > IDLE * np.abs(n).max(initial=0.0))
-    return np.stack([motion.slides & pressed, motion.hinges | motion.separates])
+def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
+    """Return which joints slide, and which are open, after each load step, shape (steps, joints) each.
 
-
-def yielded_on(assembly: Assembly, way: Way) -> np.ndarray:
-    """The same at each keyframe of a push, shape (k, 2, joints), beside the displacement there, and as far as
-    that tells more than its law's rounding."""
-    giving, law = replace(assembly, problem=way.problem), way.problem
-    own, least = Found(slope=law.dilatancy, forms=law.forms), _ROUNDED * way.rounding / MOVES
-    speeds = (max(fastest(assembly, d), least) for d in way.d)
-    states = (replace(own, q=q, d=d) for q, d in zip(way.q, way.d, strict=True))
-    return np.stack([yielded(giving, *each) for each in zip(states, speeds, strict=True)])
+    In space a joint slides if one of its contacts does, and is open if one of its contacts is.
+    """
+    sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
+    are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
+    return sliding.astype(bool), are_open.astype(bool)
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Indices of the movable blocks that take part in a mechanism (3b,), fastest first."""
+    """Return indices of the movable blocks that take part in a mechanism (3b,), fastest first."""
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Names of the blocks that take part in a mechanism (3b,), fastest first."""
+    """Return names of the blocks that take part in a mechanism (3b,), fastest first."""
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
-    """Speed of the fastest corner in a mechanism (3b,); 1 where nothing moves, as far as is known."""
+    """Return the speed of the fastest corner in a mechanism (3b,); 1 if no corner is known to move."""
     return float(_corner_speeds(assembly, d).max()) or 1.0
 
 
 def velocities(assembly: Assembly, d: np.ndarray, block: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Velocities v + ω × r, shape (points, 2) or (points, 3), of points of the scene's blocks, one each, at
-    places relative to the geometry's origin, under block velocities (3b,)."""
+    """Return velocities v + ω × r of points of blocks, shape (points, 2) or (points, 3).
+
+    Each point has the index ``block`` of its block in the scene, shape (points,), and a position ``at``
+    relative to the geometry's origin. The block velocities d have shape (3b,).
+    """
     problem, dimension = assembly.problem, assembly.problem.layout.dimension
     arm = np.zeros((len(at), 3))
     arm[:, :dimension] = (at - assembly.geometry.centroid[block]) / problem.length_unit
     v = np.zeros((len(assembly.scene.blocks), dimension))
     v[assembly.movable] = problem.forces(d)
-    moved: np.ndarray = v[block] + np.cross(_rotations(assembly, d)[block], arm)[:, :dimension]
-    return moved
+    velocity: np.ndarray = v[block] + np.cross(_rotations(assembly, d)[block], arm)[:, :dimension]
+    return velocity
 
 
 def relative_rotation(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Rotation of the first block of each joint against the second, shape (joints, 3)."""
-    of_block, joints = _rotations(assembly, d), assembly.joints
-    turned: np.ndarray = of_block[joints.first] - of_block[joints.second]
-    return turned
+    """Return the rotation of the first block of each joint relative to the second, shape (joints, 3)."""
+    rotations, joints = _rotations(assembly, d), assembly.joints
+    relative: np.ndarray = rotations[joints.first] - rotations[joints.second]
+    return relative
 
 
 def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Rotations of all blocks, in the plane about z, shape (blocks, 3)."""
-    turned, moments = np.zeros((len(assembly.scene.blocks), 3)), assembly.problem.moments(d)
-    turned[assembly.movable, 3 - moments.shape[1] :] = moments
-    return turned
+    """Return the rotations of all blocks, shape (blocks, 3); in the plane they are about z."""
+    rotations = np.zeros((len(assembly.scene.blocks), 3))
+    of_movable = assembly.problem.moments(d)
+    rotations[assembly.movable, 3 - of_movable.shape[1] :] = of_movable
+    return rotations
 
 
 def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
+    """Return the speed of the fastest corner of each movable block, shape (b,), under velocities (3b,)."""
     at, block = assembly.geometry.corners
     speeds = np.zeros(len(assembly.scene.blocks))
-    np.fmax.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))  # NaN is none
+    # ``fmax`` ignores velocities that are NaN.
+    np.fmax.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
     return speeds[assembly.movable]
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Whether the blocks that a mechanism (3b,) moves carry no load at a load factor below zero, as all those
-    whose live load is along their weight do at some: any of them can move there, whatever carries them."""
+    """Return True if the blocks that move in a mechanism (3b,) carry no load at a load factor below zero.
+
+    A live load along a block's weight cancels the weight at some negative load factor. There the block can
+    move, whatever carries it, so that the mechanism is no collapse.
+    """
     if load_factor >= -ZERO:
         return False
     speeds = np.abs(problem.by_block(d)).max(axis=1)
     dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)
-    left, sizes = np.abs(dead + live).max(axis=1), np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
+    net = np.abs(dead + live).max(axis=1)
+    sizes = np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
     moving = speeds > MOVES * speeds.max()
-    return bool((left[moving] <= DRIVES * sizes[moving]).all())
+    return bool((net[moving] <= DRIVES * sizes[moving]).all())

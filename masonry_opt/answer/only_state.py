@@ -2,7 +2,7 @@
 
 If the columns of B are independent, equilibrium leaves one vector of forces under each load factor, which is
 affine in λ. Slacks z of the yield conditions are concave functions of the forces, and so of λ. Load factors
-without a violated condition therefore form an interval, and the dead load alone, λ = 0, lies in it.
+without a violated condition therefore form an interval, which contains the dead load alone, λ = 0.
 
 1. A condition that has slack at λ = 0 and none at λ* is violated above λ*: no state of equilibrium is higher.
 2. At a collapse state between zero and λ*, each condition that moves has no slack. A concave function that is
@@ -37,7 +37,7 @@ _BALANCED = 1e-8
 def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
     """Return True if it is proven that loads drive no collapse at another load factor above zero.
 
-    The proof does not use the state that was found at this load factor.
+    The proof does not use the known collapse state at this load factor.
     """
     if not problem.statics_fix_forces or load_factor <= 0:
         return False

@@ -3,7 +3,7 @@
 import math
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -22,64 +22,79 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+#: Present names of attributes of a result, by the names that they had in former versions.
+_FORMER_NAMES = {
+    "expected": "incremental",
+    "at_expected": "at_incremental",
+    "expected_reasons": "incremental_reasons",
+}
+
+
 @dataclass(frozen=True)
 class Size:
     """Sizes of the scene and of the linear program."""
 
-    blocks: int  #: movable ones, b
-    joints: int  #: in the plane c
-    rows: int | None  #: of the linear program as the solver received it; None if none was built
-    columns: int | None
-    nonzeros: int | None
-    left_out: tuple[str, ...] = ()  #: what was not modelled, each with its reason, where that is told
-    contacts: int | None = None  #: contact points of a scene in space, c; None in the plane
+    blocks: int  #: number b of movable blocks
+    joints: int  #: number of joints, in the plane c
+    rows: int | None  #: rows of the linear program as the solver received it; None if none was built
+    columns: int | None  #: columns of this program; None if none was built
+    nonzeros: int | None  #: nonzero coefficients of this program; None if none was built
+    left_out: tuple[str, ...] = ()  #: parts of the scene that were not modelled, each with its reason
+    contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Outcome:
-    """The answer to "at what load does this masonry collapse?", with its residuals; tables are made when they
-    are asked for. :class:`~masonry_opt.Result` puts it into words, pictures and files.
+    """Answer to the question at what load the masonry collapses, with residuals.
+
+    Tables are made when they are first read. :class:`~masonry_opt.Result` adds words, pictures and files.
 
     Attributes
     ----------
     case: case file or title of the scene.
-    load_case: name of the load case that it is of; None of a scene without.
-    method: the one asked for.
-    model: the language that declared what was solved; "matrices" where none did, as of a push.
-    solver: the one asked for, or the method's own; of another language where that declared what was solved.
-    status, reasons: how it ended, and why, in codes with their values.
-    usable: whether there is a load factor.
-    kind: of answer, which decides what its certificate must show.
-    load_factor: λ; None unless ``status.usable``.
+    load_case: name of the load case; None if the scene has no load cases.
+    method: name of the method that was asked for.
+    model: language that declared the program; "matrices" if no language did, as in an incremental analysis.
+    solver: name of the solver that was asked for, or of the method's own solver. If another language declared
+        the program, its solver is named.
+    status: end of the analysis.
+    reasons: reasons for the status, as codes with their values.
+    usable: True if there is a load factor.
+    kind: kind of answer, which decides the limits of its residuals.
+    load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
-    infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
-        with λ, of scenes that fall, and above 2000 joints (in space points).
+    infeasibility: proven statement on the existence of λ, with residuals from the matrices alone. None if
+        there is λ, if the scene falls, and above 2000 joints (in space contact points).
     flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
-    iterations: of the solver, summed.
-    lp_solves, nlp_solves: linear or cone programs solved, and nonlinear ones (without the dead load's check).
-    stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
-        the solver could not tell for some; None for other methods.
-    expected: incremental load factor, by method "compliant": the largest of the load history in which the
-        live load is raised from rest, with elastic contacts. None where there is none, where it was not asked
-        for, and of an associative answer.
-    end: load factor at the end of the load history: the load that the scene carries once it moves on; None if
-        the history was not followed to its end.
-    expected_reasons: codes that say how the load history ended, or why there is no incremental load factor.
-    at_expected: the result of the incremental collapse; seconds and solvers are of the whole analysis; None
-        if it was not asked for.
-    associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
-    exact: whether all residuals under the joints' own flow rule, in space by the cone, are within the limits
-        of exact answers.
-    bound: of method "global", a lower bound of λ below the rates and forces that ``reasons`` say it assumes;
-        None for other methods.
-    seconds: by part (see :class:`~masonry_opt.effort.Effort`).
-    solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
-    largest_turn, largest_shift: the largest angle (radians) by which a joint was turned, and the largest
-        distance by which a contact point was moved, to align contacts within the accuracy of the drawing; 0
-        where all are as drawn.
-    size: of scene and linear program.
-    assembly, solution: the matrices, and forces and velocities in their units.
-    warnings: what looks unintended in the scene, in codes with their values. They change nothing else.
+    iterations: sum of the iterations of the solvers.
+    lp_solves: number of linear or cone programs solved, without those for the dead load alone.
+    nlp_solves: number of nonlinear programs solved.
+    stationary: after a search (option ``search``): True if no mechanism that was tried at yield lowers λ,
+        False if the solver could not decide for some of them; None without a search.
+    lowest: load factor of the exact Coulomb collapse state, the lowest that the method found; None if its
+        state is not exact.
+    incremental: incremental load factor, by method "incremental": the largest load factor of the load
+        history in which the live load is raised from rest, with elastic contacts. None if the history
+        has no collapse, if it was not asked for, and for methods with associative flow.
+    end: load factor at the end of the load history, in which the blocks move on; None if the history was not
+        followed to its end.
+    incremental_reasons: codes for the end of the load history, or for the lack of an incremental load factor.
+    at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
+        None if it was not asked for.
+    associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
+    exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
+        friction in space is the cone.
+    bound: lower bound of λ by method "global". The bound is valid below limits of rates and forces, which
+        ``reasons`` state. None for other methods.
+    seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
+    solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
+    largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
+        the drawing; 0 if all joints are as drawn.
+    largest_shift: largest distance by which a contact point was moved for this purpose; 0 if none was moved.
+    size: sizes of the scene and the linear program.
+    assembly: the matrices of the scene.
+    solution: forces and velocities in the units of the matrices.
+    warnings: properties of the scene that look unintended, as codes with values. They change no other result.
     """
 
     method: str
@@ -102,132 +117,209 @@ class Outcome:
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
     end = Of[float | None]("solution")
-    expected = Of[float | None]("solution", "expected_value")
+    incremental = Of[float | None]("solution", "incremental_value")
     associative = Of[float | None]("solution", "associative_value")
     case = Of[str]("assembly.scene", "called")
 
     def __repr__(self) -> str:
-        told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
-        return f"{type(self).__name__}({told})"
+        attributes = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
+        return f"{type(self).__name__}({attributes})"
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError. For a former name of an attribute, the message states the present name."""
+        if name in _FORMER_NAMES:
+            raise AttributeError(f"'{name}' is now called '{_FORMER_NAMES[name]}'")
+        raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
     @cached_property
     def joints(self) -> "pd.DataFrame":
-        """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
-        ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
-        ``opening``, ``rotation``, ``utilisation`` (force over limit, NaN where idle).
-        Forces and lengths in the case's units.
+        """Table with one row for each joint; forces and lengths are in the case's units.
 
-        In space, where vectors have three columns in the scene's coordinates: ``first``, ``second``, ``x``
-        (centroid), ``area`` (0 of an edge or a point), ``nx`` (unit normal into the first block), resultant
-        on the first block as ``n`` (along the normal, compression > 0), ``s`` (size of the shear) and ``fx``,
-        ``px`` (where n acts, NaN where the joint is not pressed), ``torsion`` (moment about the normal there,
-        else at the centroid), rates of the first block against the second at the centroid ``slip`` (size),
-        ``opening`` and ``vx`` (both), ``rotation`` (size) and ``wx`` (about its direction, right-handed),
-        ``ax`` (point of that axis nearest to the centroid, NaN where the joint does not turn), and
-        ``utilisation``, the largest of its ``contacts``."""
+        Columns in the plane:
+
+        - ``first``, ``second``: names of the two blocks.
+        - ``x``, ``y``: middle of the joint; ``length``: its length.
+        - ``n`` (compression > 0), ``s``, ``m``: normal force, shear and moment on the first block.
+        - ``slip``, ``opening``, ``rotation``: rates of the first block relative to the second.
+        - ``utilisation``: force over limit; NaN if the joint carries no force.
+
+        Columns in space, where a vector has three columns, such as ``x``, ``y``, ``z``, in the scene's
+        coordinates:
+
+        - ``first``, ``second``: names of the two blocks.
+        - ``x``: centroid of the joint; ``area``: its area, 0 for an edge or a point.
+        - ``nx``: unit normal, which points into the first block.
+        - ``n`` (along the normal, compression > 0), ``s`` (size of the shear), ``fx``: resultant on the first
+          block.
+        - ``px``: point on which n acts; NaN if the joint is not pressed.
+        - ``torsion``: moment about the normal at this point; at the centroid if the joint is not pressed.
+        - ``slip`` (size), ``opening``, ``vx`` (both): rates of the first block relative to the second, at the
+          centroid.
+        - ``rotation`` (size), ``wx``: relative rotation about its direction, right-handed.
+        - ``ax``: point of the rotation axis nearest to the centroid; NaN if the joint does not turn.
+        - ``utilisation``: the largest utilisation of its ``contacts``.
+        """
         return frames.joint_frame(self.assembly, self.solution)
 
     @cached_property
     def contacts(self) -> "pd.DataFrame | None":
-        """A row a contact point of a scene in space, by joint; None in the plane.
+        """Table with one row for each contact point of a scene in space, by joint; None in the plane.
 
-        ``joint`` (number of its row in ``joints``), ``first``, ``second``, ``x``, ``y``, ``z``, force on the
-        first block as ``n`` (compression > 0), ``s`` (size of the shear) and ``fx``, ``fy``, ``fz``, rates of
-        the first block against the second ``slip`` (size), ``opening`` and ``vx``, ``vy``, ``vz`` (both), and
-        ``utilisation`` (|shear| over c + μ n, 0 where friction is unlimited, NaN where the point is idle).
-        Within a joint of more than three points forces are one of many ways to share its resultant."""
+        - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
+        - ``x``, ``y``, ``z``: the point.
+        - ``n`` (compression > 0), ``s`` (size of the shear), ``fx``, ``fy``, ``fz``: force on the first
+          block.
+        - ``slip`` (size), ``opening``, ``vx``, ``vy``, ``vz`` (both): rates of the first block relative to
+          the second.
+        - ``utilisation``: |shear| over c + μ n; 0 if friction is unlimited, NaN if the point carries no
+          force.
+
+        If a joint has more than three points, their forces are one of many that have its resultant.
+        """
         return frames.contact_frame(self.assembly, self.solution)
 
     @cached_property
     def blocks(self) -> "pd.DataFrame":
-        """Return a row for each movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``.
+        """Table with one row for each movable block, its centroid and its velocities.
+
+        Columns in the plane are ``block``, ``x``, ``y``, ``vx``, ``vy``, ``omega``. Columns in space are
+        ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the right-handed rotation about the axes,
+        ``wx``, ``wy``, ``wz``.
 
         Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead
-        load does it, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| sums
-        components, in space the sizes of forces and of moments about centroids (forces times half the root
-        of the median joint's area). In space the columns are ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``,
-        ``vz``, and the rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``.
+        load does this work, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| is
+        a sum of components. In space it is a sum of the sizes of forces and moments about centroids. The unit
+        of length of these moments is half the root of the median joint's area.
         """
         return frames.block_frame(self.assembly, self.solution)
 
     @cached_property
     def ties(self) -> "pd.DataFrame":
-        """A row a tie or prop: ``name``, ``kind``, blocks ``first`` and ``second`` ("ground" does not move),
-        ``force`` (tension, of a prop compression, in the case's unit) from ``lowest`` to ``highest``, rate at
-        which it ``lengthens``, and whether it ``yields``: at its highest force, further in the mechanism."""
+        """Table with one row for each tie or prop.
+
+        - ``name``, ``kind``: its name, and "tie" or "prop".
+        - ``first``, ``second``: names of its blocks; "ground" does not move.
+        - ``force``: tension, for a prop compression, in the case's unit, from ``lowest`` to ``highest``.
+        - ``lengthens``: rate of lengthening.
+        - ``yields``: True if it is at its highest force and moves on in the mechanism.
+        """
         return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
     @cached_property
     def pressures(self) -> "pd.DataFrame":
-        """A row a face that a fill presses on, as in ``ties``: ``first`` is its block; ``force``, horizontal
-        and into the face, lies between ``lowest``, the active pressure, and ``highest``, the mobilised share
-        of the passive one, which is reached where it ``yields``."""
+        """Table with one row for each face on which a fill presses, with the columns of ``ties``.
+
+        ``first`` is the block of the face. ``force`` is horizontal and directed into the face. It is at least
+        ``lowest``, the active pressure, and at most ``highest``, the mobilised share of the passive pressure.
+        The pressure ``yields`` if it reaches ``highest``.
+        """
         return frames.tie_frame(self.assembly, self.solution, Role.EARTH)
 
     @cached_property
     def history(self) -> "pd.DataFrame":
-        """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
-        (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
-        a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
-        return frames.framed(list(self.solution.history)).drop(columns="solved", errors="ignore")
+        """Table with one row for each step of the method; empty for a single linear program.
+
+        Depending on the method, a step is one of the following:
+
+        - a sub-problem of the loop (:class:`~.loop.run.Iteration`);
+        - a load step (:class:`~.load_history.LoadStep`);
+        - a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`);
+        - a lower state of the search (:class:`~.coulomb.search.LowerState`).
+        """
+        return frames.history_frame(self.assembly, self.solution)
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
-        """λ over displacement, where method "compliant" was asked for it (``curve=True``); else None.
+        """Load–displacement curve of the load history; None unless method "incremental" was asked for it.
 
-        A row a state with λ ≥ 0 of contacts that give less and less: ``displacement`` of the live load (its
-        work over its forces, in what a contact of mean length gives under the mean contact force of the dead
-        load, counted from contacts without force), ``load_factor``, ``give`` (see
-        :class:`~.push.compliant.CompliantOptions`), how many joints are ``sliding`` under pressure and
-        ``opening`` (about an edge, or wholly), and the names of the two blocks of each joint that
-        ``starts_sliding`` or ``starts_opening``: in none of the rows before. In the first row these are also
-        the joints that move as the scene settles under its weight."""
-        states = self.solution.curve
-        return None if states is None else frames.curve_frame(self.assembly, states)
+        The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
+        equilibrium:
+
+        - ``load_factor``: load factor λ.
+        - ``displacement``: displacement of the live load since the dead load, its work over its forces. The
+          unit is the closing of a joint of mean length under the mean contact force of the dead load.
+        - ``jump``: True if the blocks came to rest after a damped motion.
+        - ``sliding``, ``opening``: numbers of joints that slide under pressure, and that are open at an edge
+        or
+          wholly.
+        - ``starts_sliding``, ``starts_opening``: names of the two blocks of each joint that slides, or opens,
+          for the first time. In the first row the joint does so under the dead load alone.
+        """
+        history = self.solution.load_history
+        if not self.solution.tells_curve or history is None:
+            return None
+        return frames.curve_frame(self.assembly, history)
 
     @property
     def largest_turn(self) -> float:
+        """Largest angle, in radians, by which a joint was turned to align contacts."""
         return float(self.assembly.joints.turn.max(initial=0.0))
 
     @property
     def largest_shift(self) -> float:
+        """Largest distance by which a contact point was moved to align contacts."""
         return float(self.assembly.joints.shift.max(initial=0.0))
 
     @property
     def load_case(self) -> str | None:
+        """Name of the load case; None if the scene has no load cases."""
         case = self.assembly.scene.load_case
         return None if case is None else case.name
 
     @property
     def certificate(self) -> Certificate | None:
+        """Residuals of load factor, forces and mechanism; None without a load factor."""
         return self.solution.answer.certificate if self.solution.answer else None
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        if self.load_factor is not None or (found := self.solution.infeasibility) is None:
+        """Proven statement on the existence of a load factor; None with a load factor or without a statement.
+
+        Its ``clamped`` joints are rows of ``joints``.
+        """
+        certificate = self.solution.infeasibility
+        if self.load_factor is not None or certificate is None:
             return None
-        clamped = self.assembly.joints_of(np.array(found.clamped, dtype=int))
-        return replace(found, clamped=tuple(clamped.tolist()))
+        clamped = self.assembly.joints_of(np.array(certificate.clamped, dtype=int))
+        return replace(certificate, clamped=tuple(clamped.tolist()))
 
     @property
-    def expected_reasons(self) -> tuple[Reason, ...]:
-        return self.at_expected.reasons if self.at_expected else ()
+    def incremental_reasons(self) -> tuple[Reason, ...]:
+        """Codes for the end of the load history, or for the lack of an incremental load factor."""
+        return self.at_incremental.reasons if self.at_incremental else ()
 
     @cached_property
-    def at_expected(self) -> Self | None:
-        if self.kind is Kind.COMPLIANT:
+    def at_incremental(self) -> Self | None:
+        """Result at the incremental collapse; None if the incremental load factor was not asked for."""
+        if self.kind is Kind.INCREMENTAL:
             return self
-        if (found := self.solution.expected) is None:
+        solution = self.solution.incremental
+        if solution is None:
             return None
-        of = replace(self, method="compliant", model=MATRICES, solver="newton", solution=found)
-        return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
+        return replace(
+            self,
+            method="incremental",
+            model=MATRICES,
+            solver="newton",
+            solution=solution,
+            iterations=len(solution.history),
+            lp_solves=0,
+            nlp_solves=0,
+        )
+
+    @property
+    def lowest(self) -> float | None:
+        """Load factor of the exact Coulomb collapse state; None if the state is not exact."""
+        return self.load_factor if self.exact else None
 
     @cached_property
     def exact(self) -> bool:
+        """True if the answer is an exact Coulomb state under the joints' own flow rule."""
         return self.solution.is_exact(self.assembly.problem)
 
     @property
     def size(self) -> Size:
+        """Sizes of the scene and of the linear program."""
         problem, lp = self.assembly.problem, self.solution.size
         rows, columns, nonzeros = (None, None, None) if lp is None else astuple(lp)
         points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
@@ -235,37 +327,46 @@ class Outcome:
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
+        """Warnings about the scene, as codes with values."""
         return warnings_of(self.assembly, self.solution)
 
     @property
     def range(self) -> tuple[float | None, float | None]:
-        """Least and greatest that the least load factor under the joints' own flow rule can be, if there is
-        one: what is proven without assumption, and λ itself if it is exact, else the associative one."""
+        """Bounds of the least load factor under the joints' own flow rule, each None if it is not known.
+
+        The lower bound is one that is proven without assumptions. The upper bound is λ if it is exact, else
+        the associative load factor.
+        """
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
 
     @property
     def crushing(self) -> str:
-        """How joints of limited strength crush: by the "parabola", or "chords" inside it (moments up to
-        0.65 % less); "" if none is."""
+        """Form of the strength law: the "parabola", or "chords" inside it; "" if no strength is limited.
+
+        With chords moments are up to 0.65 % smaller.
+        """
         return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
     @property
     def friction_law(self) -> str:
-        """How friction is limited in space: by the "cone", or by a "polygon of P sides" inside it, which have
-        cos(π/P) of its friction at least; "" in the plane, where friction is unlimited, and of no state."""
+        """Form of the friction law in space: the "cone", or a "polygon of P sides" inside the cone.
+
+        The polygon has at least cos(π/P) of the cone's friction. The value is "" in the plane, if friction is
+        unlimited, and if there are neither forces nor velocities.
+        """
         found = self.solution.found
-        nothing = found.q is None and found.d is None
-        return "" if nothing or not len(self._law.sliding) else self._law.by_friction.word
+        is_empty = found.q is None and found.d is None
+        return "" if is_empty or not len(self._law.sliding) else self._law.by_friction.word
 
     @property
     def _law(self) -> Problem:
-        """The problem by the laws of what was found."""
+        """Problem with the forms of the laws that limit the solution's forces."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property
     def tilt_angle(self) -> float | None:
-        """Tilt of the ground at which the scene falls, atan λ in degrees; None of other scenes."""
+        """Tilt of the ground at which the scene falls, atan λ in degrees; None if no ground is tilted."""
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))

@@ -1,4 +1,4 @@
-"""Why an analysis ended as it did: codes with their values. Sentences are made of them in ``words``."""
+"""Reasons for the end of an analysis, as codes with values. The package ``words`` makes sentences of them."""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Status(StrEnum):
-    """How an analysis ended; only the first two come with a load factor."""
+    """End of an analysis; only the first two have a load factor."""
 
     OPTIMAL = "optimal"
     CONVERGED = "converged"
@@ -26,78 +26,88 @@ class Status(StrEnum):
 
     @property
     def usable(self) -> bool:
-        """Whether there is a load factor to use."""
+        """True if there is a load factor."""
         return self in (Status.OPTIMAL, Status.CONVERGED)
 
     @property
     def unlimited(self) -> bool:
         """True if the method found no limit of the live load.
 
-        UNLIMITED is proven. LOCKED is proven of associative flow alone, and JAMMED of no flow rule.
+        UNLIMITED is proven. LOCKED is proven for associative flow alone, and JAMMED for no flow rule.
         """
         return self in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
     @property
     def live_load_acts(self) -> bool:
-        """Whether the live load acts on what was found, forces or a motion; else the dead load alone."""
+        """True if the live load acts in the solution's state; False if the dead load acts alone."""
         return self not in (Status.UNSTABLE, Status.STANDS)
 
 
 class Code(StrEnum):
-    """What can be said of how an analysis ended; beside each, its values."""
+    """Codes of reasons and warnings; the comment at each code lists its values."""
 
-    # No load factor, of any method.
+    # All methods: reasons for which there is no load factor.
     FALLS = "falls"  # blocks
-    HANGS = "hangs"  # blocks: those that fall and that no joint bears from below
-    NO_FRICTION_HOLDS = "no friction holds"  # blocks: those that fall even where no joint can slide
-    # pairs: the joints that slide; factor: on all friction, at which the scene stands, None if unknown;
-    # above: the largest at which it is known to fall; hangs: whether any of the blocks does.
+    HANGS = "hangs"  # blocks: the blocks that fall and that no joint supports from below
+    # blocks: the blocks that fall even if no joint can slide
+    NO_FRICTION_HOLDS = "no friction holds"
+    # pairs: blocks of the joints that slide; factor: multiplier of all friction with which the scene is
+    # stable, None if unknown; above: the largest such multiplier with which the scene is known to fall;
+    # hangs: True if one of the blocks has no support from below
     FRICTION_WOULD_HOLD = "friction would hold"
     STRENGTH_WOULD_HOLD = "strength would hold"
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word, ratio
-    WEDGED = "wedged"  # load_factor, None if none was looked for, blocks
-    BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
-    SOLVER_STOPPED = "solver stopped"  # word
-    STOPPED_SHORT = "stopped short"  # word: with an answer all the same
+    WEDGED = "wedged"  # load_factor: None if none was looked for; blocks
+    BELOW_ZERO = "below zero"  # load_factor: of a state that the scene does not reach from rest
+    SOLVER_STOPPED = "solver stopped"  # word: status of the solver
+    STOPPED_SHORT = "stopped short"  # word: status of a solver that missed its tolerance, but has an answer
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"
-    NO_COLLAPSE = "no collapse"  # static_cuts, kinematic_cuts: of the proof
+    NO_COLLAPSE = "no collapse"  # static_cuts, kinematic_cuts: numbers of cuts of the proof
     CARRIES_ANY = "carries any"
-    CLAMPED = "clamped"  # pairs: the joints in self-stress
-    JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
-    # fixed: whether statics fix all forces; against: whether the mechanism moves against the live load.
+    CLAMPED = "clamped"  # pairs: blocks of the joints in self-stress
+    # status; pairs: blocks of the joints that keep the live load from causing collapse
+    JOINTS = "joints"
+    # fixed: True if no other load factor above zero is possible, because equilibrium alone fixes all forces;
+    # against: True if the mechanism moves against the live load
     NO_WORK = "no work"
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 
-    # The loop.
-    ABOVE_ASSOCIATIVE = "above associative"  # by
+    # The loop of linear programs.
+    ABOVE_ASSOCIATIVE = "above associative"  # by: excess over the associative load factor
     FLOW_RULE_IDLE = "flow rule idle"
-    STILL_CHANGES = "still changes"  # count, lowest, highest
-    GROWS = "grows"  # load_factor, count
-    REPEATS = "repeats"  # period, lowest, highest, exact: whether its last state is
-    SUB_PROBLEM_FAILED = "sub-problem failed"  # number, word
-    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number
-    BEGAN_AGAIN = "began again"  # first, remedies, in_vain
-    LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
+    # count: number of sub-problems; lowest, highest: range of load factors of the last sub-problems
+    STILL_CHANGES = "still changes"
+    GROWS = "grows"  # load_factor: of the last sub-problem; count: number of sub-problems
+    # period: number of sub-problems that repeat; lowest, highest: range of their load factors; exact: True if
+    # the loop ends with an exact state
+    REPEATS = "repeats"
+    SUB_PROBLEM_FAILED = "sub-problem failed"  # number: of the sub-problem; word: status of the solver
+    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number: of the sub-problem
+    # first: status of the first run; remedies: remedies of the runs that followed; in_vain: True if all
+    # failed
+    BEGAN_AGAIN = "began again"
+    # load_factor: lowest load factor of a sub-problem that its own state verifies, or None
+    LEAST_BORNE_OUT = "least borne out"
 
-    # The push.
-    PUSH_STOPPED = "push stopped"  # word, steps, looped
+    # The incremental analysis.
+    # steps, jumps: numbers of load steps and jumps of the load history, which ends in an exact state
+    COLLAPSE = "collapse"
+    # steps, jumps: numbers of load steps and jumps; carried, not_carried: load factors between which
+    # equilibrium is lost
+    RANGE = "range"
+    UNBOUNDED = "unbounded"  # steps: number of load steps of a load history that has no end
+    # word: end of the load history; steps: number of load steps; looped: True if the loop found no collapse
+    # either; searched: True if a search found none
+    UNDECIDED = "undecided"
     DILATANCY_FALLS = "dilatancy falls"
-
-    # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
-    NO_PLATEAU = "no plateau"  # the same; change, softer: None where softer contacts have no state
-    # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
-    # it first falls deep before the highest, and the largest share, or None.
-    RAY = "ray"
-    LEVEL = "level"  # the same: λ stays as blocks move on, but not for ever
-    JAMS = "jams"  # the same
-    GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
-    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
-    # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: the range of the
-    # incremental load factors of each, or None; without: number of load histories that reached no end.
+    # joints, in space contacts: their number, which is too large for a load history
+    NOT_COMPUTED = "incremental not computed"
+    # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: range of
+    # incremental load factors with random stiffnesses, and with random self-stresses, or None; without:
+    # number of load histories that reached no end
     SPREAD = "spread"
-    CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
+    CURVE = "curve"  # states, jumps: numbers of load steps and of jumps among them
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
@@ -105,17 +115,18 @@ class Code(StrEnum):
     RELAXATION_STOPPED = "relaxation stopped"  # word, epsilon
     NOTHING_SOLVED = "nothing solved"
 
-    # The refinement.
-    # candidates, count: of different exact states among theirs; least, most: their load factors
+    # The search for lower states.
+    # candidates: number of starts; count: number of different exact states found from these starts; least,
+    # most: their smallest and largest load factor
     STATES_MET = "states met"
-    FEW_STARTS = "few starts"  # candidates: starts after which all load factors agree
-    SEARCHED = "searched"  # candidates, interrupted: whether by the user
-    NOT_REFINED = "not refined"
+    FEW_STARTS = "few starts"  # candidates: number of starts after which all load factors agree
+    SEARCHED = "searched"  # candidates: number of starts; interrupted: True if the user ended the search
+    NOT_FOUND = "no exact state near the forces"
     NO_TIME = "no time"
 
-    # The bracket.
-    # Values: bound, load_factor; rates: the sum of rates that the bound assumes, None if none;
-    # forces: whether it assumes a limit of normal forces.
+    # The bracket of method "global".
+    # Values of these codes: bound; load_factor; rates: sum of rates that the bound assumes, or None; forces:
+    # True if the bound assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
     TOUCHES_IMPOSED = "touches imposed"
@@ -123,12 +134,12 @@ class Code(StrEnum):
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit
     NO_EXACT_STATE = "no exact state"  # time_limit
 
-    # After the onset: what happens on the path of a mechanism, and why it ends.
+    # Finite motion after the onset of collapse: events on the path of a mechanism, and reasons for its end.
     REACHES_ZERO = "reaches zero"
     JOINT_CLOSES = "joint closes"  # pairs
     JOINT_OPENS = "joint opens"  # pairs
-    # associative: None if unlimited; pairs: joints that slide at the onset; turning: in space, λ of the body
-    # that turns by itself.
+    # associative: load factor, None if unlimited; pairs: blocks of the joints that slide at the onset;
+    # turning: in space, λ of the body that turns by itself
     NOT_HINGING = "not hinging"
     JOINTS_SLIDE = "joints slide"  # pairs
     BLOCKS_MEET = "blocks meet"  # blocks
@@ -137,35 +148,40 @@ class Code(StrEnum):
     STILL_CARRIES = "still carries"  # steps
     FORCES_UNDECIDED = "forces undecided"
 
-    # Warnings: what looks unintended. Pairs: the joints named, none where the defaults are meant.
+    # Warnings about properties of the scene that look unintended.
+    # Pairs name the blocks of joints; in the first two codes they are empty for the defaults of all joints.
     FRICTION_HIGH = "friction high"  # friction, pairs
     DILATANCY_LOW = "dilatancy low"  # dilatancy, friction, pairs
     IDLE_SUPPORTS = "idle supports"  # blocks
     HELD_BY_CLAMPING = "held by clamping"  # pairs
-    FAR_AWAY = "far away"  # blocks, distance, size: of the rest
-    # blocks; ratio: of the first one's unit weight to the median of all; median; per_area: True if unit
+    FAR_AWAY = "far away"  # blocks; distance; size: size of all other blocks together
+    # blocks; ratio: unit weight of the first block over the median of all; median; per_area: True if unit
     # weights are per area, as in the plane without a thickness
     WEIGHTS_DIFFER = "weights differ"
-    # fill: number of the fill, from 1; backing: True if the unit weight is that of its backing; unit_weight;
-    # beside: what it is compared with, "blocks" or "fill"; other: the unit weight of the latter.
+    # fill: number of the fill, counted from 1; backing: True if the unit weight is that of its backing;
+    # unit_weight; beside: "blocks" or "fill", with which it is compared; other: their unit weight
     FILL_WEIGHT_DIFFERS = "fill weight differs"
-    # kind: "tie" or "prop", name, key: "strength" or "prestress", value; weight: of a median block, or if the
-    # value is larger of all dead loads.
+    # kind: "tie" or "prop"; name; key: "strength" or "prestress"; value; weight: weight of a median block, or
+    # for a value that is too large the sum of all dead loads
     STRENGTH_DIFFERS = "strength differs"
-    # pairs: of blocks; widths: of the gap of each; tolerance: closes all gaps and aligns their joints
+    # pairs: names of blocks; widths: width of the gap of each pair; tolerance: tolerance that closes all gaps
+    # and aligns the joints
     SMALL_GAPS = "small gaps"
-    # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
+    # pairs: blocks of the joints that alignment turned; turn: largest rotation, in radians; tolerance
     ALIGNED = "aligned"
-    # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them
+    # pairs: blocks of joints that are nearly parallel to other joints; angle: the largest angle, in radians;
+    # tolerance: tolerance that aligns these joints
     NEARLY_PARALLEL = "nearly parallel"
-    CORNERS_MEET = "corners meet"  # pairs: of blocks
-    WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
-    FACES_TURNED = "faces turned"  # blocks in space
-    CORNERS_BEAR = "corners bear"  # pairs: of blocks; normal_forces: of each, largest first
-    BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
-    AXLES_LEFT_OUT = "axles left out"  # names: of the groups
-    ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
-    FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
+    CORNERS_MEET = "corners meet"  # pairs: names of blocks
+    WITHOUT_NORMAL = "without normal"  # pairs: names of blocks in space
+    FACES_TURNED = "faces turned"  # blocks: names of solids
+    CORNERS_BEAR = "corners bear"  # pairs: names of blocks; normal_forces: one for each pair, largest first
+    BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1; length
+    AXLES_LEFT_OUT = "axles left out"  # names: names of the groups of axles
+    # load: "live" or "dead"; blocks; distance: distance of the first force's point from its block
+    ACTS_OUTSIDE = "acts outside"
+    # load: "live" or "dead"; blocks; ratio: force on the first block over its weight
+    FORCES_DIFFER = "forces differ"
 
 
 #: Names of the values that are load factors, by code. They scale with the load that λ multiplies.
@@ -177,7 +193,7 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.GROWS: ("load_factor",),
     Code.REPEATS: ("lowest", "highest"),
     Code.LEAST_BORNE_OUT: ("load_factor",),
-    Code.GROWN: ("beyond",),
+    Code.RANGE: ("carried", "not_carried"),
     Code.STATES_MET: ("least", "most"),
 }
 
@@ -186,19 +202,19 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
 class Reason:
     """A code and the values that belong to it."""
 
-    code: Code
-    values: dict[str, Any] = field(default_factory=dict)
+    code: Code  #: the code
+    values: dict[str, Any] = field(default_factory=dict)  #: values by the names that ``Code`` lists
 
     def as_dict(self) -> dict[str, Any]:
-        """The code and its values in one table."""
+        """Return the code and its values in one dictionary."""
         return {"code": str(self.code), **self.values}
 
 
 def reason(code: Code, **values: Any) -> Reason:
-    """A reason from its code and values."""
+    """Return a reason with a code and values."""
     return Reason(code, values)
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """How many joints a problem has, as a value of a reason; in space they are ``contacts``, points."""
+    """Return the number of joints of a problem, by its name in reasons: ``joints``, in space ``contacts``."""
     return {problem.layout.called: problem.joints}

@@ -1,7 +1,8 @@
 """Columns of a result's JSON from which its certificate can be recomputed without the package.
 
-Tables of a result say what acts in joints and how blocks move. These columns add where forces act, what loads
-the blocks carry, and the limits of the yield conditions. Forces and lengths are in the case's units.
+Tables of a result contain the joint forces and the velocities of the blocks. These columns add the points on
+which forces act, the loads of the blocks, and the limits of the yield conditions. Forces and lengths are in
+the case's units.
 """
 
 from typing import Any
@@ -16,8 +17,10 @@ Columns = dict[str, list[Any]]
 
 
 def load_columns(assembly: Assembly) -> Columns:
-    """Return the dead and live load of each movable block, moments about its centroid; in the plane also the
-    block's ``vertices``."""
+    """Return the dead and live load of each movable block, with moments about its centroid.
+
+    In the plane the columns also contain the ``vertices`` of the block.
+    """
     problem = assembly.problem
     axes = "xyz"[: assembly.scene.dimension]
     columns: Columns = {}
@@ -27,8 +30,10 @@ def load_columns(assembly: Assembly) -> Columns:
     for kind, load in (("dead", problem.dead), ("live", problem.live)):
         forces = problem.forces(load) * problem.force_unit
         moments = problem.moments(load) * problem.force_unit * problem.length_unit
-        columns |= {f"{kind}_f{axis}": of.tolist() for axis, of in zip(axes, forces.T, strict=True)}
-        columns |= {f"{kind}_{name}": of.tolist() for name, of in zip(moment_names, moments.T, strict=True)}
+        columns |= {f"{kind}_f{axis}": column.tolist() for axis, column in zip(axes, forces.T, strict=True)}
+        columns |= {
+            f"{kind}_{name}": column.tolist() for name, column in zip(moment_names, moments.T, strict=True)
+        }
     return columns
 
 
@@ -36,8 +41,8 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
     """Return the limits of each joint, in space of each contact point, and its flow rule.
 
     ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
-    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength), and
-    ``flow_slope`` the opening per unit slip under the flow rule of the answer.
+    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength).
+    ``flow_slope`` is the opening per unit slip under the flow rule of the answer.
     """
     problem = assembly.problem
     friction, crushing = (np.full(problem.joints, np.inf) for _ in range(2))
@@ -49,22 +54,24 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
     limits = {"friction": friction, "cohesion_force": cohesion, "flow_slope": slope}
     if assembly.scene.dimension == 2:
         limits["crushing_force"] = crushing
-    return {name: of.tolist() for name, of in limits.items()}
+    return {name: column.tolist() for name, column in limits.items()}
 
 
 def normal_columns(assembly: Assembly) -> Columns:
     """Return the unit normal of each joint in the plane, which points into its first block."""
-    return {f"n{axis}": of.tolist() for axis, of in zip("xy", assembly.joints.normal.T, strict=True)}
+    return {f"n{axis}": column.tolist() for axis, column in zip("xy", assembly.joints.normal.T, strict=True)}
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return where each limited force of some roles acts on its first block, and its direction there.
+    """Return the point on its first block, and the direction, of each limited force of some roles.
 
-    ``ux``, ``uy`` (``uz``) is the force on the first block per unit of force. The second block, of a tie or
-    prop, bears the opposite force on the same line.
+    ``ux``, ``uy`` (``uz``) is the force on the first block per unit of force. The second block of a tie or
+    prop carries the opposite force on the same line.
     """
     actions = [force.actions[0] for force in assembly.limited if force.role in roles]
     points = [action.point + assembly.geometry.origin for action in actions]
     axes = "xyz"[: assembly.scene.dimension]
     columns = {axis: [float(point[row]) for point in points] for row, axis in enumerate(axes)}
-    return columns | {f"u{axis}": [float(of.force[row]) for of in actions] for row, axis in enumerate(axes)}
+    return columns | {
+        f"u{axis}": [float(action.force[row]) for action in actions] for row, axis in enumerate(axes)
+    }

@@ -1,4 +1,4 @@
-"""Warnings: what is allowed in a scene and looks unintended. They refuse nothing."""
+"""Warnings about properties of a scene that are allowed but look unintended. Warnings refuse no scene."""
 
 from collections.abc import Callable, Iterator
 
@@ -15,35 +15,39 @@ from masonry_opt.problem.loads import weights
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import linked
 
-#: What is unusual in joints, by the properties that tell it: more friction than any dry joint has (tan 72°),
-#: perhaps meant as degrees; and contraction as they slide by more than their friction allows them to resist.
+#: Unusual properties of joints: the code of the warning, the names of the properties, and the test. Friction
+#: above 3 (tan 72°) exceeds that of any dry joint, and is perhaps meant in degrees. Dilatancy below −friction
+#: is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
-#: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
+#: Distance of a group of blocks from all other blocks, over the larger of both sizes, above which the group
+#: is far away.
 _FAR = 10.0
 
-#: Ratio of unit weights, and of forces to weights, from which they are perhaps in different units: N and kN
-#: differ by a thousand, stone and timber by five. A larger value misses mistakes in some materials.
+#: Ratio of unit weights, or of forces to weights, above which their units perhaps differ. N and kN differ by
+#: a factor of a thousand, stone and timber by five. A larger value misses mistakes in some materials.
 _OTHER_UNITS = 300.0
 
-#: A dead force so many times smaller than its block's weight acts on nothing. (A live force may be of any
-#: size below the weight: it is often a unit force.)
+#: Ratio of a block's weight to a dead force on the block above which the force has no effect. A live force
+#: may be smaller: often it is a unit force.
 _NO_FORCE = 3000.0
 
-#: Share of a block's size (root of its area or volume) by which forces may act outside of it, for rounding.
+#: Distance by which a force may act outside of its block because of rounding. The distance is relative to the
+#: size of the block (the root of its area or volume).
 _OUTSIDE = 0.02
 
-_ROUNDING = 1e-9  #: Share of a block's weight up to which a difference of forces is rounding.
+#: Share of a block's weight up to which a difference of forces is rounding.
+_ROUNDING = 1e-9
 
-#: Warning of blocks that meet without a joint, by dimension.
+#: Code of the warning about blocks that meet without a joint, by dimension.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """Return what looks unintended in a scene and, if given, its solution, as codes with values."""
+    """Return the warnings about a scene and, if given, its solution, as codes with values."""
     of_wedges = tuple(wedges(assembly, solution))
     return (
         *_joints(assembly),
@@ -63,7 +67,11 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 
 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
-    """Unusual joints: the defaults, and those with some such property of their own, with the first one's."""
+    """Yield warnings about unusual properties of joints.
+
+    One warning is about the defaults of the scene. Another one names all joints with an unusual property of
+    their own, with the values of the first of these joints.
+    """
     scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:
         given = [each for each in scene.exceptions if any(getattr(each, name) is not None for name in names)]
@@ -75,10 +83,10 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names the supports that hold nothing, if there are any.
+    """Return a warning that names the supports without function, if there are any.
 
-    A support holds something if it has a joint to a movable block, fill lies on it, or a tie or prop ends
-    in it.
+    A support has a function if it has a joint to a movable block, carries fill, or is an end of a tie or
+    prop.
     """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
@@ -89,9 +97,9 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Joints with supports whose friction carries load though nothing presses them together."""
-    found = solution.infeasibility if solution and solution.load_factor is None else None
-    clamped = assembly.joints_of(np.array(found.clamped if found else (), dtype=int))
+    """Return a warning that names the joints with supports in which only self-stress causes friction."""
+    infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
+    clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():
@@ -102,37 +110,46 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
     """Return a warning that names pairs of blocks across small gaps, the widest gap first.
 
-    The tolerance that the warning names also aligns the joints that warnings of wedges name.
+    The warning also names a tolerance that closes all gaps and aligns the joints in warnings about wedges.
     """
     joints = assembly.joints
     gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
     if not gaps:
         return []
     pairs = [assembly.names(np.array(pair)) for pair in gaps]
-    aligning = [said.values["tolerance"] for said in of_wedges if said.code is Code.NEARLY_PARALLEL]
+    aligning = [wedge.values["tolerance"] for wedge in of_wedges if wedge.code is Code.NEARLY_PARALLEL]
     tolerance = max([joints.joining_tolerance, *aligning])
     return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()), tolerance=tolerance)]
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings of blocks that meet without a normal, and of solids with faces turned either way."""
-    if meeting := [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]:
+    """Yield warnings about blocks that meet without a normal, and about solids with inconsistent faces.
+
+    Some faces of such a solid have their vertices in one sense, and the other faces in the opposite sense.
+    """
+    meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
+    if meeting:
         yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
-    if len(mixed := assembly.geometry.mixed):
+    mixed = assembly.geometry.mixed
+    if len(mixed):
         yield reason(Code.FACES_TURNED, blocks=assembly.names(mixed))
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Corners on edges, in the plane, that press where joints have a strength, which does not limit them."""
+    """Return a warning that names pressed corners on edges, in the plane, of joints with a strength.
+
+    The strength does not limit the normal force on a corner, which has no area.
+    """
     problem, joints = assembly.problem, assembly.joints
     limited = np.flatnonzero((joints.extent == 0) & np.isfinite(joints.strength))
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # What no load brings down, crushed corners may.
-        endless = solution.status.unlimited
+        # If the live load has no limit, crushing of corners may limit it in reality.
         pairs = assembly.pairs(limited)
-        return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])] if endless and pairs else []
+        if solution.status.unlimited and pairs:
+            return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
+        return []
     n = problem.normal_forces(solution.q)
     pressed = limited[n[limited] > IDLE * np.abs(n).max(initial=0.0)]
     order = pressed[np.argsort(-n[pressed], kind="stable")]
@@ -141,33 +158,40 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Lines of load that reach beyond the edges they act on; axles, which move."""
+    """Yield warnings about edge loads that extend beyond the edges, and about axles that do not act."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
             yield reason(Code.BARE_EDGE_LOAD, number=number, length=length)
     names = [group.name for group in scene.axles]
-    if names if scene.load_case is None else scene.factor_of_axles:
+    has_axles = names if scene.load_case is None else scene.factor_of_axles
+    if has_axles:
         yield reason(Code.AXLES_LEFT_OUT, names=names)
 
 
 def _far_away(assembly: Assembly) -> list[Reason]:
-    """Groups of blocks that touch none of the others and are far from the box round these."""
+    """Return a warning that names groups of blocks far away from all other blocks.
+
+    Blocks linked by joints form a group. A group is far away if it is far from the bounding box of all other
+    groups.
+    """
     group = linked(len(assembly.scene.blocks), assembly.joints.first, assembly.joints.second)
-    if (groups := group.max() + 1) == 1:
+    groups = group.max() + 1
+    if groups == 1:
         return []
     low, high = assembly.geometry.boxes
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # Of the box round all other groups: the least bound, or the second least where the group has the least.
+    # Bounds of the box around all other groups: the least bounds, or the second least if the group itself has
+    # the least bound.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
     apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
     far = distance > _FAR * np.maximum(size, size_of_rest)
-    # The largest group is the scene.
+    # The largest group is the structure itself.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
@@ -177,13 +201,16 @@ def _far_away(assembly: Assembly) -> list[Reason]:
 
 
 def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
-    """Forces that act outside of their blocks' convex hulls. Those at a given ``weight_at`` are left out: the
-    centroid of a curved stone may lie outside of its straight edges."""
+    """Yield warnings about forces that act outside of the convex hulls of their blocks.
+
+    Forces at a block's own ``weight_at`` are not checked: the centroid of a curved stone may be outside of
+    its straight edges.
+    """
     shapes, blocks = assembly.geometry, assembly.scene.blocks
     index_of = {block.name: index for index, block in enumerate(blocks)}
     for load in ("live", "dead"):
-        given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
-        placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
+        points = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
+        placed = [(index, at) for index, at in points if at is not None and at != blocks[index].weight_at]
         own = [each for each in assembly.scene.loads if each.at and getattr(each, load) is not None]
         placed += [(index_of[each.block], each.at) for each in own]
         if not placed:
@@ -191,14 +218,14 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
         index = np.array([index for index, _ in placed])
         distance = shapes.outside(index, np.array([point for _, point in placed]) - shapes.origin)
         order = np.argsort(-distance, kind="stable")
-        off = order[(distance > _OUTSIDE * shapes.width[index])[order]]
-        if len(off):
-            values = {"blocks": assembly.names(index[off]), "distance": float(distance[off[0]])}
+        outside = order[(distance > _OUTSIDE * shapes.width[index])[order]]
+        if len(outside):
+            values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
             yield reason(Code.ACTS_OUTSIDE, load=load, **values)
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Return warnings of unit weights, and of forces over weights, that look like those of other units."""
+    """Return warnings about unit weights, and ratios of forces to weights, that suggest different units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
     density = _unit_weights(assembly)
@@ -210,19 +237,20 @@ def _weights(assembly: Assembly) -> list[Reason]:
     most = (_OTHER_UNITS, _OTHER_UNITS)
     has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
     per_area = scene.dimension == 2 and not has_thickness
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
-    # A light block may carry what is much to it and little to the others, such as a jack's plate.
+    warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
+    # A light block, such as a jack's plate, may carry a force that is large for itself and small for the
+    # other blocks. Such a force is compared with the median weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
-    # Fill may be thin: its weight is no force that was given.
+    # Forces of fill are subtracted: the user gave no such force, and fill may be thin.
     of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
     dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
         size = np.hypot.reduce(force, axis=1)
         acts = size > _ROUNDING * weight
         ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
-        found += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
-    return found
+        warnings += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
+    return warnings
 
 
 def _unit_weights(assembly: Assembly) -> np.ndarray:
@@ -233,13 +261,14 @@ def _unit_weights(assembly: Assembly) -> np.ndarray:
 
 
 def _lower_median(values: np.ndarray) -> float:
+    """Return the median of values; of an even number of values the lower one of the two in the middle."""
     return float(np.quantile(values, 0.5, method="lower"))
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Unit weights of fills and backings that look like those of another unit than that of the blocks.
+    """Yield warnings about unit weights of fills and backings that suggest another unit than the blocks'.
 
-    A backing beside weightless blocks is compared with its fill.
+    If all blocks are weightless, a backing is compared with its fill.
     """
     of_blocks = _unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
@@ -254,7 +283,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _strengths(assembly: Assembly) -> Iterator[Reason]:
-    """Strengths and prestresses of ties and props that look like forces of another unit than the weights."""
+    """Yield warnings about strengths and prestresses of ties and props that suggest another unit."""
     problem = assembly.problem
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():
@@ -275,9 +304,13 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
 def _differing(
     assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: object
 ) -> list[Reason]:
-    """A reason naming blocks whose ratio exceeds ``most[0]``, or its inverse ``most[1]``, most off first."""
-    (above, below), off = most, np.abs(np.log(ratio))
-    order = np.argsort(-off, kind="stable")
+    """Return a reason that names the blocks with an extreme ratio, the most extreme first.
+
+    A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``.
+    """
+    above, below = most
+    deviation = np.abs(np.log(ratio))
+    order = np.argsort(-deviation, kind="stable")
     differ = order[((ratio > above) | (ratio < 1 / below))[order]]
     names = assembly.names(assembly.movable[differ])
     return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

@@ -1,50 +1,65 @@
-"""Thresholds from which on something moves, slides, is idle or differs, for words, pictures and tables. None
-decides whether an answer is accepted: those limits stand in ``acceptance``."""
+"""Thresholds above which motions and differences count, for words, pictures and tables.
+
+No threshold decides if an answer is accepted: those limits are in :mod:`~masonry_opt.answer.acceptance`.
+"""
 
 from masonry_opt.answer.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner, over that of the scene's fastest, below which the block is at rest.
-#: The loop's answers give 1.0e-3 to a block that rests (``closed_forms/pulled_stone``); the slowest block
-#: known by hand to move has 5e-3 (``closed_forms/two_leaves``).
+#: Speed of a block's fastest corner, over that of the scene's fastest corner, below which the block is at
+#: rest. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The slowest
+#: block that is known by hand to move has 5e-3 (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
-#: The same share, of a joint's rates: its slip, the opening of an edge by turning, the opening of the edge
-#: that opens less, the closing of an edge. A joint of blocks at rest in the loop's answers has twice 10⁻³ μ.
-SLIDES = HINGES = SEPARATES = CRUSHES = MOVES
+#: Slip of a joint, over the speed of the fastest corner, above which the joint slides. A joint between blocks
+#: at rest slips by 2e-3 μ in answers of the loop.
+SLIDES = MOVES
 
-#: Share of its highest value from which a limited force that goes further yields: below, contacts give.
+#: Opening of an edge by rotation, over the speed of the fastest corner, above which the joint hinges.
+HINGES = MOVES
+
+#: Opening of the edge that opens less, over the speed of the fastest corner, above which the joint separates.
+SEPARATES = MOVES
+
+#: Closing of an edge, over the speed of the fastest corner, above which a joint of limited strength crushes.
+CRUSHES = MOVES
+
+#: Share of its highest value above which a limited force yields, if its points move on in the mechanism.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of bounded velocities, in median block weights, below which no load drives them. (Solvers leave 1e-9
-#: of a zero.)
+#: Power of bounded velocities, in median block weights, below which no load drives them. Solvers return up to
+#: 1e-9 for zero.
 DRIVES = 1e-7
 
-IDLE = 1e-6  #: Share of the scene's largest normal force below which a joint carries nothing.
-NAMED = 1e-2  #: Share of the largest from which a joint is named among those that lock, or clamp.
+#: Share of the scene's largest normal force below which a joint carries no force.
+IDLE = 1e-6
 
-#: Relative difference below which two load factors are one. Answers of different methods to one state differ
-#: by up to 2e-8 on the case files; different states by 8e-4 and more.
+#: Share of the largest value above which a joint is named in a message. For joints that lock the value is the
+#: departure from associative flow, for joints that clamp the normal force.
+NAMED = 1e-2
+
+#: Relative difference below which two load factors are equal. Answers of different methods to one state
+#: differ by up to 2e-8 on the case files; different states differ by 8e-4 and more.
 SAME = 1e-6
 
-#: Relative difference from which a load factor is lower, or a load missed: the residual of exact states.
+#: Relative difference above which a load factor is lower than another: the residual of exact states.
 LOWER = 1e-8
 
-ZERO = 1e-6  #: Load factors up to this, of either sign, are zero.
-APART = 1e-2  #: Relative difference from which on different states are reported.
+#: Size up to which a load factor counts as zero.
+ZERO = 1e-6
 
-#: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.
+#: Work of the live load over that of the dead load above which a mechanism is reported to move against the
+#: live load.
+APART = 1e-2
+
+#: Share of the largest load factor by which the ends of a narrow interval differ if the load factor jumps.
 JUMP = 1e-3
-
-#: Relative change of an incremental load factor, with contacts a tenth as stiff, up to which it does not
-#: depend on them.
-PLATEAU = 3e-3
 
 
 def same(one: float, other: float) -> bool:
-    """Whether two load factors are one."""
+    """Return True if two load factors are equal up to ``SAME``."""
     return abs(one - other) <= SAME * max(abs(one), abs(other), SMALLEST)
 
 
 def is_lower(load_factor: float, than: float) -> bool:
-    """Whether a load factor is lower than another by more than rounding."""
+    """Return True if a load factor is lower than another by more than rounding."""
     return load_factor < than - LOWER * max(abs(than), SMALLEST)

@@ -1,4 +1,4 @@
-"""Warnings about joints that are nearly parallel: wedges that a drawing may not mean."""
+"""Warnings about joints that are nearly parallel: wedges that may be errors of the drawing."""
 
 from collections.abc import Iterator
 
@@ -14,22 +14,24 @@ from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import combine, lengths
 
 #: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
-#: fine arches: in a ring of 200 voussoirs they are 0.016 apart. A smaller one would miss rough drawings.
+#: fine arches: in a ring of 200 voussoirs the angle is 0.016. A smaller value would miss rough drawings.
 _NEARLY_PARALLEL_ANGLE = 0.01
 
-#: Angle, in radians, up to which joints are parallel but for rounding. A larger value hides wedges.
+#: Angle, in radians, up to which joints are parallel except for rounding. A larger value hides wedges.
 _PARALLEL_ANGLE = 1e-9
 
-#: Turn of a joint, in radians, from which a warning names it: a millimetre a metre, as stones are cut. A
-#: larger value hides real wedges that a large tolerance makes parallel; a smaller one warns more often.
+#: Rotation of a joint by alignment, in radians, above which a warning names the joint: a millimetre a metre,
+#: the accuracy of cut stones. A larger value hides real wedges that a large tolerance makes parallel. A
+#: smaller value warns more often.
 _NAMED_TURN = 1e-3
 
-#: Share of the friction limit from which a joint is about to slide. A smaller value names joints that carry
-#: less; a larger one misses joints at the limit in answers of interior-point solvers.
+#: Share of the friction limit above which a joint is about to slide. A smaller value names joints that carry
+#: less. A larger value misses joints at the limit in answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Joints of a block above which its joints are not compared with each other, as of a support under very many
-#: blocks. A larger value takes more memory; a smaller one misses wedges of blocks with many joints.
+#: Number of joints of a block, such as a support under many blocks, above which its joints are not compared
+#: with each other. A larger value takes more memory. A smaller value misses wedges of blocks with many
+#: joints.
 _MOST_JOINTS_COMPARED = 300
 
 
@@ -52,7 +54,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # The error of a corner that turns the shorter of the two joints by the angle between them.
+    # Error in the position of a corner that rotates the shorter of the two joints by the angle between them.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
@@ -89,8 +91,8 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
     block, joint = block[order], joint[order]
     count = np.bincount(block, minlength=len(assembly.scene.blocks))
     first = np.cumsum(count) - count
-    asked = assembly.movable[count[assembly.movable] <= _MOST_JOINTS_COMPARED]
-    _, one, other = combine(first[asked], count[asked], first[asked], count[asked])
+    compared = assembly.movable[count[assembly.movable] <= _MOST_JOINTS_COMPARED]
+    _, one, other = combine(first[compared], count[compared], first[compared], count[compared])
     one, other = joint[one], joint[other]
     pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
     one, other = pairs.reshape(-1, 2).T

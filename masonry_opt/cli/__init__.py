@@ -1,10 +1,10 @@
-"""The command `masonry-opt`: what can be interrupted from its first moment on."""
+"""Entry point of the command `masonry-opt`, which can be interrupted from its first moment on."""
 
 import sys
 
 
 def main() -> None:
-    """Import the command line, which takes time, and run it."""
+    """Import the command line, which takes some time, and run it."""
     try:
         from masonry_opt.cli.app import main as run
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""The command line: results on standard output, everything else on standard error."""
+"""Command line: results on standard output, everything else on standard error."""
 
 import contextlib
 import os
@@ -12,15 +12,15 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError, ReaderGoneError
+from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.words.terminal import print_text, results_alone
 
-#: Modules of commands, which are loaded when these are called: others have that of their name.
+#: Modules of commands, loaded when a command is called. Other commands are in the module of their name.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
 
-#: What each command does.
+#: Help of each command, in the order of the list of commands.
 COMMANDS = {
     "solve": "Find the load factor at which CASE collapses, of all its load cases unless one is named.",
     "check": "Cross-check the static and kinematic formulations, and CVXPY against Pyomo.",
@@ -41,28 +41,39 @@ COMMANDS = {
     "distributions.",
 }
 
+#: Present names of options, by the names that they had in former versions.
+FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremental"}
+
 
 class _Commands(TyperGroup):
-    """Commands that are listed without being loaded."""
+    """Group of commands whose modules are loaded only when a command is called."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
         self.commands = {name: TyperCommand(name, help=does) for name, does in COMMANDS.items()}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return name, loaded command and remaining arguments.
+
+        Raises OptionError if an option has the name that it had in former versions.
+        """
         name, _, others = super().resolve_command(ctx, args)
+        for option in others:
+            if option in FORMER_OPTIONS:
+                raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
         return name, load(str(name)), others
 
 
 def load(name: str) -> Any:
-    """A command, with all its options."""
+    """Load and return a command with all its options."""
     try:
         module = import_module(f"masonry_opt.cli.{_MODULES.get(name, name)}")
     except KeyboardInterrupt:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))
     command.help = f"{COMMANDS[name]}\n\n{command.help}"
-    command.invoke = results_alone()(command.invoke)  # what a command prints by other ways is no result
+    # Anything that a command prints without print_text or print_result goes to standard error.
+    command.invoke = results_alone()(command.invoke)
     return command
 
 
@@ -78,8 +89,8 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line; every foreseeable mistake ends as one message and an exit code."""
-    if sys.stdout is None:  # closed by the caller
+    """Run the command line; every foreseeable error ends with one message and an exit code."""
+    if sys.stdout is None:  # the caller has closed it
         _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
     with _results_apart():
         _run()
@@ -87,32 +98,28 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Give results a descriptor of their own: what libraries write to descriptor 1 goes to standard error."""
-    own = sys.__stdout__
-    if own is None or own is not sys.stdout:  # a test reads what is printed
+    """Write results to a file descriptor of their own within a context.
+
+    Libraries that write to descriptor 1 then write to standard error.
+    """
+    standard_output = sys.__stdout__
+    if standard_output is None or standard_output is not sys.stdout:  # a test has replaced it
         yield
         return
-    with os.fdopen(os.dup(1), "w", encoding=own.encoding) as results:
+    with os.fdopen(os.dup(1), "w", encoding=standard_output.encoding) as results:
         os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
         sys.stdout = results
         try:
             yield
         finally:
-            sys.stdout = own
+            sys.stdout = standard_output
 
 
 def _run() -> None:
     """Run the command that was typed, and end with one message if it raises an error of this package."""
-    for stream in (sys.stdout, sys.stderr):
-        # What a stream cannot encode (a file's name in foreign bytes) is written as an escape.
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+    _escape_unencodable()
     try:
-        try:
-            app()
-        except SystemExit:
-            sys.stdout.flush()
-            raise
+        _run_and_flush()
     except (ReaderGoneError, BrokenPipeError):
         _end(None, ReaderGoneError.exit_code)
     except MasonryError as error:
@@ -124,13 +131,29 @@ def _run() -> None:
     except KeyboardInterrupt:
         _end("interrupted", InterruptedByUserError.exit_code)
     except SystemExit as end:
-        if end.code == InterruptedByUserError.exit_code:  # typer's word for Ctrl-C in a command
+        if end.code == InterruptedByUserError.exit_code:  # typer turns Ctrl-C in a command into this code
             _end("interrupted: files already written are whole", InterruptedByUserError.exit_code)
         raise
 
 
+def _escape_unencodable() -> None:
+    """Write characters that a stream cannot encode, such as foreign bytes of a file's name, as escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _run_and_flush() -> None:
+    """Run the app, and flush standard output before it exits, so that errors of writing are raised."""
+    try:
+        app()
+    except SystemExit:
+        sys.stdout.flush()
+        raise
+
+
 def _end(message: str | None, code: int) -> NoReturn:
-    """One line on standard error, if there is anything to say, and out."""
+    """Print a message, if any, on standard error, and exit with a code."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)
@@ -138,6 +161,6 @@ def _end(message: str | None, code: int) -> NoReturn:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError:
-        # Python flushes once more as it ends: let what cannot be written go nowhere.
+        # Python flushes again as it ends: output that cannot be written is discarded.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

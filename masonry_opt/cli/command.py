@@ -1,4 +1,7 @@
-"""Commands from functions: their parameters, with types, defaults and help, as options; what they share."""
+"""Commands made from functions: parameters become options, with types, defaults and help.
+
+The help of an option is the first sentence on the parameter in the docstring of the function.
+"""
 
 import contextlib
 import inspect
@@ -29,14 +32,17 @@ from masonry_opt.words.terminal import changing_line, left_by, print_text, print
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Parameters that a command asks for in its own way: what a function is of.
+#: Names of parameters that become no option, because every command defines its own argument for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
+#: Types of options by annotation; others are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """What reads a text by a function; where that raises ValueError it raises OptionError: the refusal, with
-    the text in it."""
+    """Return a function that parses text by ``read``, and raises OptionError if ``read`` raises ValueError.
+
+    ``refusal`` is the message of the error; the text takes the place of its braces.
+    """
 
     def parse(text: str) -> T:
         try:
@@ -48,24 +54,22 @@ def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
 
 
 def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
-    """What reads numbers with commas between; see ``reader``."""
+    """Return a function that parses numbers separated by commas; see ``reader``."""
     return reader(lambda text: tuple(map(float, text.split(","))), refusal)
 
 
 @partial(reader, refusal="--view {}: write azimuth and elevation as in --view=-60,22")
 def _angles(text: str) -> tuple[float, float]:
+    """Return azimuth and elevation of a view, in degrees."""
     azimuth, elevation = map(float, text.split(","))
     return azimuth, elevation
 
 
-#: Names of steps of methods whose class has another name.
-_STEPS = {"PushStep": "load history, step"}
-
-_VIEW = "Of solids: from where they are seen, in degrees."
+_VIEW = "View of solids: azimuth and elevation of the eye, in degrees."
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
-#: Options, and an argument, of parameters that mean the same in every function.
+#: Options, and an argument, for parameters that have one meaning in all functions.
 _SHARED: dict[str, Any] = {
     "case": typer.Argument(help="Case file (.toml or .json).", show_default=False),
     "json": typer.Option("--json", help="Print one JSON object."),
@@ -81,20 +85,24 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that were typed, by parameter; where none was, the functions' own defaults hold."""
+    """Arguments that the user typed, by parameter. Parameters that were not typed keep their defaults."""
 
-    called: Mapping[str, str] = {}  #: Options by parameter, as the command line has them.
+    called: Mapping[str, str] = {}  #: Options on the command line, by parameter.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Those of a function, which are then no longer here."""
+        """Remove and return the arguments of a function."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """What is left, and the method's options, for a function that passes these on. Raises OptionError if
-        one has another form, or is an argument of the function itself."""
+        """Return the remaining arguments, together with the options of the method.
+
+        The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
+        method has another form than NAME=VALUE, or is an argument of one of the two functions.
+        """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        for of in (solve, function):  # to the first of which the other passes the rest
-            if own := inspect.signature(of).parameters.keys() & options:
+        for taking in (solve, function):
+            own = inspect.signature(taking).parameters.keys() & options
+            if own:
                 whose = "it is not the method's but the command's own, if any: see --help"
                 raise OptionError(f"option '{min(own)}': {whose}")
         return self | options
@@ -103,31 +111,41 @@ class Given(dict[str, Any]):
 def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
-    """Make a typer app of a function that is called with what was typed of other functions' parameters
-    (:class:`Given`), and with options of its own, which take the place of those of the same name. The command
-    ends with 1 if it returns False.
+    """Return a decorator that makes a typer app of a function.
 
-    Labels, by function, begin the help of an option that not all of these take; then none is required. What
-    ``leave`` names becomes no option. Asked typer options tell of parameters what signatures do not say; a
-    ``parser`` reads one text.
+    The command has the options of the decorated function and of other functions. The decorated function is
+    called with the arguments for the other functions (:class:`Given`), and with its own options, which
+    replace options of equal name. The command ends with exit code 1 if the function returns False.
+
+    Parameters
+    ----------
+    functions: Functions whose parameters become options.
+    labels: A label for each function, at the beginning of the help of options that not all functions take.
+        With labels no option is required.
+    leave: Names of parameters, separated by spaces, that become no options.
+    asked: Typer options by parameter, for everything that signatures do not say. A ``parser`` reads one text.
     """
-    told = _SHARED | asked
+    infos = _SHARED | asked
 
-    def made(own: Function) -> typer.Typer:
+    def decorator(own: Function) -> typer.Typer:
+        """Return the typer app of a function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]
-        for name, one in options.items():
-            options[name] = one.replace(annotation=Annotated[one.annotation, told[name]])
+        del options[next(iter(options))]  # the first parameter takes the Given
+        for name, parameter in options.items():
+            options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}
-        for one in (one for of in functions for one in inspect.signature(of).parameters.values()):
-            called = one.default is not one.empty and callable(one.default)  # as the function runs
-            if not called and one.name not in {*options, *_SUBJECTS, *leave.split()}:
-                info: OptionInfo = copy(told.get(one.name) or typer.Option())
-                parsers[one.name], info.parser = info.parser, None
-                info.help = info.help or escape(_help(one, functions, labels))
-                options[one.name] = _option(one, info, bool(parsers[one.name]), not labels)
+        for parameter in _parameters(functions):
+            # A function as a default, such as progress, is called while the command runs: it is no option.
+            is_callback = parameter.default is not parameter.empty and callable(parameter.default)
+            name = parameter.name
+            if not is_callback and name not in {*options, *_SUBJECTS, *leave.split()}:
+                info: OptionInfo = copy(infos.get(name) or typer.Option())
+                parsers[name], info.parser = info.parser, None
+                info.help = info.help or escape(_help(parameter, functions, labels))
+                options[name] = _option(parameter, info, bool(parsers[name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
+            """Call the function with the arguments that were typed."""
             given = Given()
             given.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
             for name in [name for name in parsers if name in typed]:
@@ -138,59 +156,74 @@ def command(
                 raise typer.Exit(1)
 
         context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)
-        keywords = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in options.values()]
+        keywords = [parameter.replace(kind=Parameter.KEYWORD_ONLY) for parameter in options.values()]
         run.__signature__ = inspect.Signature([context, *keywords])  # type: ignore[attr-defined]
         app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
         app.command(own.__name__, help=inspect.getdoc(own))(run)
         return app
 
-    return made
+    return decorator
 
 
-def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
-    """A parameter as typer has it. What takes several is repeated, in the singular, or read of one text."""
-    said, default = inspect.formatannotation(one.annotation).strip("'"), one.default
-    mapping = one.kind is one.VAR_KEYWORD or "Mapping" in said
-    repeated = mapping or (not read and bool(re.search("Sequence|Iterable", said)))
-    kind: Any = Path if "Path" in said else _TYPES.get(said.removesuffix(" | None"), str)
+def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
+    """Yield the parameters of functions, in order."""
+    for function in functions:
+        yield from inspect.signature(function).parameters.values()
+
+
+def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: bool) -> Parameter:
+    """Return a parameter in the form that typer needs for an option.
+
+    A parameter that takes several values becomes an option in the singular that may be repeated, unless a
+    parser reads all values from one text.
+    """
+    annotated, default = inspect.formatannotation(parameter.annotation).strip("'"), parameter.default
+    mapping = parameter.kind is parameter.VAR_KEYWORD or "Mapping" in annotated
+    repeated = mapping or (not has_parser and bool(re.search("Sequence|Iterable", annotated)))
+    kind: Any = Path if "Path" in annotated else _TYPES.get(annotated.removesuffix(" | None"), str)
     if info.default is ... and (repeated or default is False):
-        name = "--" + one.name.replace("_", "-")
-        info.default = name.removesuffix("s") if repeated else name  # said, or typer adds --no-...
-    if one.kind is one.VAR_KEYWORD or (not required if default is one.empty else repeated):
+        name = "--" + parameter.name.replace("_", "-")
+        info.default = name.removesuffix("s") if repeated else name  # without a name typer adds --no-...
+    no_default = not required if default is parameter.empty else repeated
+    if parameter.kind is parameter.VAR_KEYWORD or no_default:
         default = None
     elif isinstance(default, tuple):
         default = ",".join(map(str, default))
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
-    return one.replace(annotation=annotation, default=default, kind=one.KEYWORD_ONLY)
+    return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)
 
 
-def _help(one: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
-    """What begins and ends an option's help, and between the first sentence that a docstring says of it."""
-    taking = [one.name in inspect.signature(of).parameters for of, _ in zip(functions, labels, strict=False)]
-    of = [label for label, takes in zip(labels, taking, strict=True) if takes and label]
-    said = next(filter(None, (_said(one.name, function) for function in (*functions, solve))), "")
-    if of and not all(taking):
-        return f"{', '.join(of)}: {said}"
-    return said[:1].upper() + said[1:] + (" Needed." if labels and one.default is one.empty else "")
+def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
+    """Return the help of an option: the labels of its functions, and the first sentence of a docstring."""
+    name, labelled = parameter.name, [*zip(functions, labels, strict=False)]
+    taking = [name in inspect.signature(function).parameters for function, _ in labelled]
+    own_labels = [label for (_, label), takes in zip(labelled, taking, strict=True) if takes and label]
+    sentences = (_first_sentence(name, function) for function in (*functions, solve))
+    sentence = next(filter(None, sentences), "")
+    if own_labels and not all(taking):
+        return f"{', '.join(own_labels)}: {sentence}"
+    needed = " Needed." if labels and parameter.default is parameter.empty else ""
+    return sentence[:1].upper() + sentence[1:] + needed
 
 
-def _said(name: str, function: Function) -> str:
-    """First sentence that a function's docstring says of a parameter; of what is as elsewhere nothing."""
-    told = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
-    for names, said in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", told, re.MULTILINE):
-        if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", said, re.IGNORECASE):
-            plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(said.split())).replace("``", "")
+def _first_sentence(name: str, function: Function) -> str:
+    """Return the first sentence on a parameter in a docstring; "" if it refers to another function."""
+    section = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2]
+    section = re.split(r"\n\n(?=\S)", section)[0]  # the text on a parameter may have indented paragraphs
+    for names, text in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", section, re.MULTILINE):
+        if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", text, re.IGNORECASE):
+            plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(text.split())).replace("``", "")
             return re.split(r"(?<=\.) ", plain)[0]
     return ""
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
-    """Name and value of NAME=VALUE: a number, true, a list, ... as in JSON; else the text as it is."""
+    """Return name and value from NAME=VALUE; the value is read as JSON or as a float, else it is text."""
     name, equals, value = text.partition("=")
     if not equals:
         raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
-    for parse in (parse_json, float):  # float also reads .5
+    for parse in (parse_json, float):  # unlike JSON, float also reads .5
         try:
             return name, parse(value)
         except ValueError:
@@ -199,48 +232,49 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 
 @contextlib.contextmanager
-def waiting(line: str, quiet: bool = False, kept: str = "nothing was found") -> Iterator["Work"]:
-    """Show a line on a terminal until the end, with the time since it began, and yield what changes it.
+def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
+    """Show a line on a terminal within a context, with the seconds since its beginning; yield its Work.
 
-    Ctrl-C ends the command with what is kept. Nothing is shown if ``quiet``.
+    Ctrl-C raises InterruptedByUserError with the message ``if_interrupted``. If ``quiet`` is True, no line is
+    shown.
     """
     with changing_line(Console(stderr=True, quiet=quiet), line) as show:
         try:
             yield Work(show, line)
         except KeyboardInterrupt:
-            raise InterruptedByUserError(f"interrupted: {kept}") from None
+            raise InterruptedByUserError(f"interrupted: {if_interrupted}") from None
 
 
 class Work:
-    """The line that says what a command is doing, and the steps that it has shown."""
+    """Line on a terminal that shows what a command is doing, and the steps that it has shown."""
 
     def __init__(self, show: Phases, name: str) -> None:
         self._show, self._name = show, name
-        self.steps: list[str] = []  #: steps of the method with a load factor, in words
-        self._last = ""
+        self.steps: list[str] = []  #: steps of the method that have a load factor, as text
+        self._last_step = ""  #: last of the steps, with its residual
 
     def show(self, line: str) -> None:
         """Show a line."""
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the phase that begins, and the last step before it."""
-        self._show(f"{self._name}: {words}{f' (last {self._last})' if self._last else ''}")
+        """Show the phase that begins, and the last step before this phase."""
+        last = f" (last {self._last_step})" if self._last_step else ""
+        self._show(f"{self._name}: {words}{last}")
 
     def step(self, step: Any) -> None:
-        """Show a step of a method, if it has a load factor."""
+        """Show a step of a method if the step has a load factor."""
         if not math.isfinite(step.load_factor):
             return
         number = len(self.steps) + 1
-        self.steps.append(f"{_name_of(step)} {number}: λ = {numeral(step.load_factor, '.6f')}")
-        self._last = self.steps[-1] + left_by(step)
-        self._show(f"{self._name}: {self._last}")
+        self.steps.append(f"{_step_name(step)} {number}: λ = {numeral(step.load_factor, '.6f')}")
+        self._last_step = self.steps[-1] + left_by(step)
+        self._show(f"{self._name}: {self._last_step}")
 
 
-def _name_of(step: object) -> str:
-    """Return the name of a kind of step in words, such as "relaxation step"."""
-    name = type(step).__name__
-    return _STEPS.get(name) or re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()
+def _step_name(step: object) -> str:
+    """Return the printed name of a kind of step, such as "relaxation step"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
 
 
 def print_json(answer: Any) -> None:
@@ -249,41 +283,49 @@ def print_json(answer: Any) -> None:
     print_warnings(answer.warning_sentences)
 
 
-def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
-    """Draw what was found, where a file is given."""
+def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
+    """Save the picture of an answer to a file, if a file is given."""
     if plot is not None:
         with writing(plot):
-            found.save(plot, **drawing)
+            answer.save(plot, **drawing)
 
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield what raises it again."""
+    """Remember Ctrl-C within a context, and yield a function that raises KeyboardInterrupt again.
+
+    A solver may catch KeyboardInterrupt to stop only itself.
+    """
     pressed = False
 
     def remember(*_: object) -> None:
+        """Handle Ctrl-C."""
         nonlocal pressed
         pressed = True
         raise KeyboardInterrupt
 
     def check() -> None:
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
         if pressed:
             raise KeyboardInterrupt
 
-    callers = signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    with contextlib.nullcontext() if callers else handled(signal.SIGINT, remember):
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:  # the caller has its own handler
+        yield check
+        return
+    with handled(signal.SIGINT, remember):
         yield check
 
 
 def ended_by_kill() -> contextlib.AbstractContextManager[None]:
-    """Within it `kill` and `timeout` act as Ctrl-C does: else runs under way would go on alone."""
+    """Return a context in which `kill` and `timeout` act as Ctrl-C; otherwise workers would go on alone."""
     return handled(signal.SIGTERM, signal.default_int_handler)
 
 
 @contextlib.contextmanager
 def handled(number: int, handler: Callable[..., Any]) -> Iterator[None]:
-    before = signal.signal(number, handler)
+    """Set the handler of a signal within a context, and restore the previous handler afterwards."""
+    previous = signal.signal(number, handler)
     try:
         yield
     finally:
-        signal.signal(number, before)
+        signal.signal(number, previous)

@@ -1,4 +1,4 @@
-"""The commands `masonry-opt draw`, `export` and `convert`: case files, and files of others."""
+"""Commands `masonry-opt draw`, `export` and `convert`: pictures, and files of other programs."""
 
 import inspect
 import os
@@ -28,12 +28,16 @@ from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.words.sentences import sentences
 from masonry_opt.words.terminal import print_text, print_warnings
 
-#: By the end of its name, what a drawing is, and what reads it.
-_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]]
-_READERS = {".dxf": ("a DXF drawing", mo.read_dxf), ".json": ("COMPAS data", mo.read_compas)}
-_READERS |= dict.fromkeys(MESHES, ("a mesh", mo.read_mesh))
+#: Kind of a drawing, and function that reads it, by the ending of the file's name.
+_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
+    ".dxf": ("a DXF drawing", mo.read_dxf),
+    ".json": ("COMPAS data", mo.read_compas),
+    **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
+}
 
-_MOST_CORNERS = 10_000  #: Of a mesh with more, some 1 MB, the case file names the file.
+#: Largest number of corners of a mesh that is written into the case file (some 1 MB). For a larger mesh the
+#: case file names the file of the mesh.
+_MOST_CORNERS = 10_000
 _METHOD = (
     "Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
     "whose mechanism and forces to write (default: blocks at rest)."
@@ -43,7 +47,7 @@ _IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
 def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given."""
+    """Print the numbers of blocks and joints, and warnings. Without --load-case loads are drawn as given."""
     force = given.pop("force", False)
     refuse_picture(file, force)
     scene = as_scene(case, load_case)
@@ -62,31 +66,35 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
-    what: mo.Scene | mo.Result = as_scene(case, load_case)
-    if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
+    """Print the files written. The names of the rows and columns of a .nl file are in .row and .col files."""
+    exported: mo.Scene | mo.Result = as_scene(case, load_case)
+    method = given.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
+    if method:
         refuse_unwritable(file, given.get("force", False))
-        with waiting("export", kept="no file written") as work:
+        with waiting("export", if_interrupted="no file written") as work:
             steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-            what = mo.solve(case, method, expected=False, load_case=load_case, **steps)
-    print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
-    if isinstance(what, mo.Result):
-        print_warnings(what.warning_sentences)
+            exported = mo.solve(case, method, incremental=False, load_case=load_case, **steps)
+    print_text("\n".join(printable(str(path)) for path in mo.export(exported, file, **given)))
+    if isinstance(exported, mo.Result):
+        print_warnings(exported.warning_sentences)
     else:
-        print_warnings(sentences(warnings_of(assemble(what), None)))
+        print_warnings(sentences(warnings_of(assemble(exported), None)))
 
 
 def _forces(option: str) -> Any:
+    """Return a function that parses the components of a force."""
     return numbers(f"{option} '{{}}': write numbers with commas between, such as 1,0")
 
 
 @partial(reader, refusal="--live-layer '{}': write it as LAYER=X,Y, such as parapet=1,0")
 def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
+    """Return the name of a layer and the force on its blocks."""
     layer, force = text.rsplit("=", 1)
     return layer, _forces("--live-layer")(force)
 
 
 def _direction(text: str) -> str | tuple[float, ...]:
+    """Return the name of an axis, or the components of a direction."""
     return _forces("--along")(text) if "," in text else text
 
 
@@ -104,67 +112,73 @@ def _direction(text: str) -> str | tuple[float, ...]:
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
-    """Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
-    blocks. Of a mesh of more than 10,000 corners the case file names the file."""
+    """Layers, names, arcs, COMPAS data and meshes are explained in docs/drawings.md.
+
+    From a case file to OUT.dxf it draws the blocks. Of a mesh of more than 10,000 corners the case file names
+    the file.
+    """
     if out.suffix.lower() == ".dxf":
         refuse_replacing(out, force)
         _refuse(given, {}, f"{out}: a drawing is written of a case file as it stands")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
-        _tell(scene, out)
+        _print_counts(scene, out)
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
-        raise OptionError(_is_a_case_file(drawing))
+        raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         raise OptionError(f"{drawing}: what is converted ends in {ends}")
-    if missing := [given.called[name] for name in ("friction", "unit_weight") if name not in given]:
+    missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
+    if missing:
         raise OptionError(
             f"{drawing}: a drawing has no friction and no weights: give {' and '.join(missing)}"
         )
-    what, read = _READERS[suffix]
-    _refuse(given, inspect.signature(read).parameters, f"{drawing}: {what}")
+    kind, read = _READERS[suffix]
+    _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
-    with waiting(f"convert: reading {printable(str(drawing))}", kept="no file written") as work:
+    with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file written") as work:
         scene = read(drawing, **given)
-        # What is written can be solved as far as its geometry goes.
+        # Finding the joints raises CaseError if the geometry of the blocks is wrong.
         work.show("convert: finding joints")
         joints = len(find_joints(scene, shapes_of(scene)).first)
-    beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
-    save(_beside(drawing, out, scene, given) if beside else scene, out, force)
-    _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
+    corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0
+    by_name = corners > _MOST_CORNERS
+    save(_case_of_mesh(drawing, out, scene, given) if by_name else scene, out, force)
+    _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
 
 
-def _is_a_case_file(path: Path) -> str:
-    """Return why a case file is not converted, and what can be done with it."""
+def _case_file_message(path: Path) -> str:
+    """Return the message for a case file that was to be converted: its uses without a conversion."""
     if mo.load(path).dimension == 3:
-        draws = f"write its solids (masonry-opt export {path} OUT.obj)"
+        advice = f"write its solids (masonry-opt export {path} OUT.obj)"
     else:
-        draws = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
-    return f"{path}: a case file already: solve it (masonry-opt solve {path}), or {draws}"
+        advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
+    return f"{path}: a case file already: solve it (masonry-opt solve {path}), or {advice}"
 
 
-def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
-    """The case file that names the mesh it was made of."""
+def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
+    """Return a case file that names the file of its mesh, relative to the folder of the case file."""
     keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
     own = ("source", "joints", "tolerance", "contact_tolerance")
     return CaseFile(mesh=MeshTable(**mesh, **keys), **{key: getattr(scene, key) for key in own})
 
 
-def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:
+def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
+    """Print the name of a written file and the numbers of blocks, supports and holes."""
     holes = counted(sum(len(block.holes) for block in scene.blocks if isinstance(block, Block)), "hole")
     blocks, supports = counted(len(scene.blocks), "block"), sum(block.fixed for block in scene.blocks)
     print_text(f"{out}: {blocks} ({supports} fixed), {holes}{more}")
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:
-    """Raise OptionError if something is given that is not known there."""
+    """Raise OptionError for an argument that is not among the known parameters."""
     for name in given:
         if name not in known:
             raise OptionError(f"{what} does not take {given.called[name]}")

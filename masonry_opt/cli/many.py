@@ -1,4 +1,4 @@
-"""The commands `masonry-opt sweep` and `compare`."""
+"""Commands `masonry-opt sweep` and `masonry-opt compare`."""
 
 from functools import partial
 from inspect import signature
@@ -21,9 +21,10 @@ from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_result
 
-_MOST_VALUES = 100_000  #: Most values of one number.
-_FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
-_VARY = f"{_FORMS} of a number of the case, {_SUCH} or arch.thickness=0.3,0.4; may be repeated."
+_MOST_VALUES = 100_000  #: Largest number of values of one number.
+_FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
+_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
+_VARY = f"{_FORMS} of a number of the case, {_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
 _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
@@ -32,17 +33,17 @@ _SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
 _TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
 
 
-@partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_SUCH}")
+@partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
-    """A number's name and its values."""
-    name, _, given = text.partition("=")
-    if ":" not in given:
-        values = [float(value) if set(value) & set(".eE") else int(value) for value in given.split(",")]
+    """Return the name of a number and its values. Raises ValueError if the text has another form."""
+    name, _, value_text = text.partition("=")
+    if ":" not in value_text:
+        values = [float(value) if set(value) & set(".eE") else int(value) for value in value_text.split(",")]
     else:
-        first, last, count = given.split(":")
+        first, last, count = value_text.split(":")
         if not 1 <= int(count) <= _MOST_VALUES:
             raise ValueError
-        # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
+        # Values are rounded as they are written in a table: 0.35, not 0.35000000000000003.
         values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
     if not name:
         raise ValueError
@@ -64,18 +65,18 @@ def _vary(text: str) -> tuple[str, list[float]]:
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
-    """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
+    """Write a table (runs.csv) and charts; for drawn values also statistics of the load factor.
 
-    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 1: no run was
-    solved, and the message says why; 130: interrupted; 2: wrong case file, name or option.
+    An interrupted sweep continues where it stopped. Exit code 0: done; 1: no run was solved, and the message
+    says why; 130: interrupted; 2: wrong case file, name or option.
     """
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
-    if vary and (others := [name for name in given if name in of_sample]):
-        named = ", ".join(given.called[name] for name in others)
-        raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
+    others = [given.called[name] for name in given if name in of_sample]
+    if vary and others:
+        raise OptionError(f"{', '.join(others)}: goes with --sample, not with --vary, whose values are given")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
@@ -85,24 +86,25 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        shown = bar.add_task("sweep", total=None)
+        task = bar.add_task("sweep", total=None)
 
-        def progress(count: int, of: int) -> None:
-            bar.update(shown, completed=count, total=of)
+        def progress(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
 
         try:
             with ended_by_kill():
-                found = run(scene, values, out=out, progress=progress, **options)
+                answer = run(scene, values, out=out, progress=progress, **options)
         except KeyboardInterrupt:
             kept = f"{counted(int(bar.tasks[0].completed), 'run')} kept"
-            goes_on = f"interrupted: {kept}, and the same command goes on from there"
-            raise InterruptedByUserError(goes_on) from None
-    print_result(said(found, list(values)) if vary else str(found), bold_line=1 if vary else None)
-    beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
-    errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
+            message = f"interrupted: {kept}, and the same command goes on from there"
+            raise InterruptedByUserError(message) from None
+    print_result(said(answer, list(values)) if vary else str(answer), bold_line=1 if vary else None)
+    charts = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
+    errors.print(f"written: {out / 'runs.csv'}{charts}", markup=False, soft_wrap=True)
 
 
 def _names(text: str) -> list[str]:
+    """Return names separated by commas, in lower case, each once."""
     return [*dict.fromkeys(name.strip().lower() for name in text.split(",") if name.strip())]
 
 
@@ -119,8 +121,10 @@ def _names(text: str) -> list[str]:
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases."),
 )
 def compare(given: Given, scenes: list[str] | None = None) -> None:
-    """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
-    130: interrupted; 2: wrong case file or option."""
+    """An interrupted comparison continues where it stopped.
+
+    Exit code 0: done; 1: every run crashed or died; 130: interrupted; 2: wrong case file or option.
+    """
     with waiting("comparing") as work, ended_by_kill():
         comparison = mo.compare(scenes or [], progress=work.show, **given)
     print_result(str(comparison), bold_line=None)

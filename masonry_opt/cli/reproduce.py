@@ -1,4 +1,4 @@
-"""The command `masonry-opt reproduce`: runs the paper's examples, the scripts of the guide's gallery."""
+"""Command `masonry-opt reproduce`: run the paper's examples, which are scripts of the guide's gallery."""
 
 import ast
 import contextlib
@@ -28,38 +28,42 @@ from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.writing import csv_text
 from masonry_opt.words.terminal import print_text
 
-_BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
+_NOT_IN_PAPER = "bracket"  #: Script that is no example of the paper, and takes a quarter of an hour.
 _EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _TABLE = "table"  #: Prefix of a script's variables that are written as tables.
 _FIGURE = "figure"  #: Prefix of a script's variables that are written as pictures.
-_PACKAGE = Path(__file__).parents[1]
+_PACKAGE = Path(__file__).parents[1]  #: Folder of the package.
 
 
 def scripts() -> dict[str, Path]:
-    """The paper's examples by name: those of the package, or of the clone that it lies in."""
+    """Return the scripts of the paper's examples by name, from the package or from the repository."""
     folders = _PACKAGE / "paper", _PACKAGE.parent / "docs" / "gallery" / "paper"
-    found = next((folder for folder in folders if folder.is_dir()), folders[0])
-    # By length first: fig6 before fig10.
-    return {path.stem: path for path in sorted(found.glob("*.py"), key=lambda path: (len(path.stem), path))}
+    folder = next((folder for folder in folders if folder.is_dir()), folders[0])
+    # Sorting by length first puts fig6 before fig10.
+    return {path.stem: path for path in sorted(folder.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
 @command(example=typer.Argument(help=_EXAMPLE), out=typer.Option(help=_OUT))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
-    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
-    example or folder, or an extra is missing."""
+    """Exit code 0: every value is as published; 1: one is not; 2: wrong example or folder.
+
+    Each example says how near a value must be to the published one. Exit code 2 also means that an extra is
+    missing.
+    """
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
     if not example:
         print_text(listed)
         return True
-    names = [name for name in known if name != _BEYOND] if example == "all" else [example]
-    if unknown := set(names) - set(known):
+    names = [name for name in known if name != _NOT_IN_PAPER] if example == "all" else [example]
+    unknown = set(names) - set(known)
+    if unknown:
         none = f"nothing to reproduce is named '{unknown.pop()}'"
         raise OptionError(f"{none}; choose all, or one of:\n{listed}")
     if "table1" in names:
-        find_solver("pyomo", "casadi")  # a missing extra is said now, not after minutes
-    # The folder is made before the minutes that filling it takes.
+        find_solver("pyomo", "casadi")  # raises OptionError now if the extra is missing, not after minutes
+    # Making the folder first shows at once if it cannot be written.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     refuse_unwritable(out / RECORD, force)
@@ -75,19 +79,19 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
 
 
 def _title(path: Path) -> str:
-    """The first line of a script's docstring."""
+    """Return the title of a script, which is its second line."""
     return path.read_text("utf-8").split("\n", 2)[1]
 
 
 def _outputs(name: str, path: Path) -> list[str]:
-    """Return the names of the files that a script's tables and figures may be written to."""
+    """Return the names of the files that the tables and figures of a script may be written to."""
     nodes = ast.walk(ast.parse(path.read_text("utf-8")))
     variables = [node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
     return [file for variable in dict.fromkeys(variables) for file in _files(name, variable)]
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files of a script's variable: ``table_x`` of fig6 is written to fig6_x.csv."""
+    """Return the names of the files of a variable: ``table_x`` of fig6 is written to fig6_x.csv."""
     if variable.startswith(_TABLE):
         return [f"{name}{variable.removeprefix(_TABLE)}.csv"]
     if variable.startswith(_FIGURE):
@@ -96,18 +100,21 @@ def _files(name: str, variable: str) -> list[str]:
 
 
 def _run(name: str, path: Path, out: Path, force: bool) -> bool:
-    """Run a script, print what it prints, write its tables and figures; return True if a value is missed."""
+    """Run a script, print its output, and write its tables and figures.
+
+    Returns True if a value of the script is not as published.
+    """
     names: dict[str, Any] = {"__name__": "__main__", "__file__": str(path)}
-    said, missed = io.StringIO(), ""
-    with contextlib.redirect_stdout(said):
+    output, missed = io.StringIO(), ""
+    with contextlib.redirect_stdout(output):
         try:
-            # Assertions run even with Python's option -O.
+            # With optimize=0 assertions are tested even with the option -O of Python.
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
-            line = traceback.extract_tb(error.__traceback__)[1].lineno  # of the script
+            line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
-    # Before the next example begins: an interrupt loses one at most.
-    print_text(said.getvalue() + missed)
+    # Output is written before the next example begins, so that an interrupt loses one example only.
+    print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)
     return bool(missed)
 
@@ -124,10 +131,10 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
 
 
 def _pictures(figure: Figure) -> tuple[bytes, bytes]:
-    """Return PNG and SVG of a figure, equal to the last byte from run to run."""
+    """Return PNG and SVG of a figure. Repeated calls return identical bytes."""
     png, svg = io.BytesIO(), io.BytesIO()
     with style(), boxes():
         figure.savefig(png, format="png", dpi=150, metadata=picture_metadata("png"))
-        figure.set_layout_engine("none")  # laid out: the next kind looks the same
+        figure.set_layout_engine("none")  # the SVG keeps the layout of the PNG
         figure.savefig(svg, format="svg", dpi=150, metadata=picture_metadata("svg"))
     return png.getvalue(), svg.getvalue()

@@ -1,4 +1,4 @@
-"""The commands `masonry-opt solve` and `check`."""
+"""Commands `masonry-opt solve` and `masonry-opt check`."""
 
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,12 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
-_DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
+_MECHANISMS = "least", "incremental"  #: Load factors whose mechanism can be drawn.
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
 _HOW = "Also print how it was found: residuals, solvers, seconds."
-_WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), expected (incremental collapse)."
+_WHOSE = (
+    "Mechanism that --plot draws: least (default: of the lowest found), incremental (incremental collapse)."
+)
 
 
 @command(
@@ -38,47 +40,22 @@ def solve(
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case
-    file or option."""
+    """Exit code 0: every load case has a load factor; 1: one has none; 2: wrong case file or option."""
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
     drawing = given.take(mo.Result.save)
-    if plot is None and (drawing or mechanism is not None):
-        said = "--plot-kind, --mechanism, --names, --view and --force say how to draw"
-        raise OptionError(f"{said}: give --plot FILE too")
-    if mechanism not in (None, *_DRAWN):
-        raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
-    method = METHODS.get(given.get("method", DEFAULT))
-    if mechanism == _DRAWN[1] and (not given.get("expected", True) or (method and method.associative)):
-        raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
+    _refuse_drawing_options(given, drawing, plot, mechanism)
     scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
-    if plot is not None:  # refused now, not after the solve
+    if plot is not None:  # a picture that cannot be saved is refused before the scene is solved
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **drawing)
     options = given.rest(solve_scene)
     if drawing["kind"] == "curve" and not options.get("curve"):
-        raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
-    with waiting(printable(case.name), quiet or json) as work, interrupts() as check_interrupt:
-
-        def progress(step: Any) -> None:
-            check_interrupt()
-            work.step(step)
-
-        try:
-            if scene.load_cases and load_case is None:
-                answer: Any = mo.solve_cases(scene, progress=progress, phases=work.phase, **options)
-            else:
-                answer = solve_scene(scene, progress=progress, phases=work.phase, **options)
-            # Of load cases the governing one is drawn.
-            result = answer if isinstance(answer, mo.Result) else answer.to_draw
-            if not result.solution.interrupted:  # else it is the lowest state of a search
-                check_interrupt()
-        except KeyboardInterrupt:
-            last = "no load factor was found"
-            if work.steps:
-                last = f"the last was {work.steps[-1]}, not the answer"
-            raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
+        raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
+    function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
+    answer = _solved(function, scene, options, printable(case.name), quiet or json)
+    result = _drawn_result(answer)
     if json:
         print_json(answer)
     elif not quiet:
@@ -86,11 +63,58 @@ def solve(
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
         print_warnings(answer.warning_sentences)
-    drawn = result.at_expected if mechanism == _DRAWN[1] else None
-    save(drawn or result, plot, drawing)
+    at_incremental = result.at_incremental if mechanism == "incremental" else None
+    save(at_incremental or result, plot, drawing)
     if quiet:
         result.required()
     return answer.usable
+
+
+def _refuse_drawing_options(
+    given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
+) -> None:
+    """Raise OptionError if options of a picture are given without --plot, or --mechanism is wrong."""
+    if plot is None and (drawing or mechanism is not None):
+        options = "--plot-kind, --mechanism, --names, --view and --force say how to draw"
+        raise OptionError(f"{options}: give --plot FILE too")
+    if mechanism not in (None, *_MECHANISMS):
+        raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_MECHANISMS)}")
+    method = METHODS.get(given.get("method", DEFAULT))
+    has_incremental = given.get("incremental", True) and not (method and method.associative)
+    if mechanism == "incremental" and not has_incremental:
+        raise OptionError(
+            f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-incremental"
+        )
+
+
+def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:
+    """Solve a scene by a function, and show phases and steps in a changing line on standard error.
+
+    If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
+    without an answer.
+    """
+    with waiting(name, quiet) as work, interrupts() as check_interrupt:
+
+        def show_step(step: Any) -> None:
+            check_interrupt()
+            work.step(step)
+
+        try:
+            answer = function(scene, progress=show_step, phases=work.phase, **options)
+            # An interrupted search has an answer: the lowest state found so far.
+            if not _drawn_result(answer).solution.interrupted:
+                check_interrupt()
+        except KeyboardInterrupt:
+            last = "no load factor was found"
+            if work.steps:
+                last = f"the last was {work.steps[-1]}, not the answer"
+            raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
+    return answer
+
+
+def _drawn_result(answer: Any) -> mo.Result:
+    """Return the result of a scene, or the governing result of its load cases."""
+    return answer if isinstance(answer, mo.Result) else answer.to_draw
 
 
 @command(mo.check)

@@ -1,4 +1,4 @@
-"""The commands `masonry-opt capacity`, `crossing`, `directions`, `least`, `report` and `settle`."""
+"""Commands `masonry-opt capacity`, `crossing`, `directions`, `least`, `report` and `settle`."""
 
 import csv
 import json as json_module
@@ -57,7 +57,7 @@ _PAGE = "The page (.html). Default: CASE_report.html, here."
     mo.Capacity.check,
     mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
-    leave="model solver tolerance expected ultimate secant row",
+    leave="model solver tolerance incremental ultimate secant row",
     point=typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point),
     spectrum=typer.Option(metavar="FILE", help=_SPECTRUM),
     plot=PICTURE,
@@ -70,8 +70,10 @@ def capacity(
     table: bool = False,
     json: bool = False,
 ) -> bool:
-    """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong
-    case file or option."""
+    """Exit code 0: the curve reaches λ = 0; 1: it stops before; 2: wrong case file or option.
+
+    Exit code 1 also means that there is no load factor.
+    """
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
     following = given.take(mo.capacity)
     if plot is not None:
@@ -79,64 +81,69 @@ def capacity(
     periods = None if spectrum is None else _spectrum(spectrum)
     with waiting("capacity", json) as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-        onset = mo.solve(case, expected=False, **steps, **given.rest(mo.solve))
+        onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
         work.phase("following the mechanism")
-        found = mo.capacity(onset, **following)
-    check = None if periods is None else found.check(periods, **checking)
+        curve = mo.capacity(onset, **following)
+    check = None if periods is None else curve.check(periods, **checking)
     if json:
-        told = found.as_dict() | {"check": check.as_dict() if check else None}
-        print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
-        print_warnings(found.warning_sentences)
+        answer = curve.as_dict() | {"check": check.as_dict() if check else None}
+        print_text(json_module.dumps(answer, allow_nan=False, ensure_ascii=False))
+        print_warnings(curve.warning_sentences)
     else:
-        states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
-        print_result("\n".join([str(found), *([str(check)] if check else []), *states]), bold_line=None)
-    save(found, plot, drawing)
-    return found.reaches_zero
+        texts = [str(curve)]
+        if check:
+            texts.append(str(check))
+        if table:
+            texts.append(frame_text(curve.table.drop(columns="pairs"), "states"))
+        print_result("\n".join(texts), bold_line=None)
+    save(curve, plot, drawing)
+    return curve.reaches_zero
 
 
 @command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or
-    option; 130: interrupted, with what was found by then."""
+    """Exit code 0: there is a load factor; 1: there is none; 2: wrong case file or option; 130: interrupted.
+
+    An interrupted crossing prints the worst position solved so far.
+    """
     drawing = given.take(mo.Crossing.save)
-    if plot is not None:  # refused now, not after the solves
+    if plot is not None:  # a picture that cannot be saved is refused before the scene is solved
         refuse_file(plot, **drawing)
     with waiting("crossing", json) as work:
 
         def progress(position: float, load_factor: float) -> None:
-            said = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
-            work.show(f"crossing: first axle at {position:.4g}: λ = {said}")
+            value = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
+            work.show(f"crossing: first axle at {position:.4g}: λ = {value}")
 
-        found = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
-    states = "\n" + frame_text(found.told, "positions") if table and found.passages else ""
+        answer = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
+    positions = "\n" + frame_text(answer.told, "positions") if table and answer.passages else ""
     if json:
-        print_json(found)
+        print_json(answer)
     else:
-        print_result(f"{found}{states}", bold_line=None)
-    save(found, plot if found.passages else None, drawing)
-    if found.interrupted:
-        raise InterruptedByUserError(f"interrupted: {counted(len(found.table), 'position')} solved")
-    return found.load_factor is not None
+        print_result(f"{answer}{positions}", bold_line=None)
+    save(answer, plot if answer.passages else None, drawing)
+    if answer.interrupted:
+        raise InterruptedByUserError(f"interrupted: {counted(len(answer.table), 'position')} solved")
+    return answer.load_factor is not None
 
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Exit code 0: there is one for each direction; 1: for some there is none; 2: wrong case file or
-    option."""
+    """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong case file or option."""
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
     options = given.rest(mo.directions)
     with waiting("directions", json) as work:
-        found = mo.directions(case, phases=work.phase, progress=work.step, **options)
+        answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
-        print_json(found)
+        print_json(answer)
     else:
-        print_result(found.summary)
-    save(found, plot, drawing)
-    return found.usable
+        print_result(answer.summary)
+    save(answer, plot, drawing)
+    return answer.usable
 
 
 @command(
@@ -148,8 +155,10 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
-    """Exit code 0: found, with both ends solved; 1: whether the scene holds could not be decided; 2: it holds
-    or fails at both ends, or the case file or an option is wrong."""
+    """Exit code 0: the value was found; 1: it could not be decided if the scene holds; 2: wrong input.
+
+    Exit code 2 also means that the scene holds, or fails, at both ends.
+    """
     name, lower, upper = _between(vary)
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
@@ -161,11 +170,15 @@ def least(
             work.show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
         options = given.rest(search)
-        found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
+
+        def scene_of(value: float) -> Scene:
+            return parameters.at({name: value})
+
+        threshold = search(scene_of, lower, upper, progress=progress, **options)
     if json:
-        print_json(found)
+        print_json(threshold)
     else:
-        print_result(f"{'number':<16} {name}\n{found}", bold_line=None)
+        print_result(f"{'number':<16} {name}\n{threshold}", bold_line=None)
 
 
 @command(
@@ -179,8 +192,11 @@ def least(
 def settle(
     given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
 ) -> bool:
-    """Exit code 0: both were found, or that there is no end; 1: no reaction holds CASE, or an end was not
-    found; 2: wrong case file or option."""
+    """Exit code 0: both reactions were found; 1: one was not found; 2: wrong case file or option.
+
+    A reaction that is proven to be unlimited counts as found. Exit code 1 also means that no reaction holds
+    CASE.
+    """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
         refuse_file(plot, drawing.get("force", False))
@@ -188,18 +204,18 @@ def settle(
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
     with waiting("settle", json) as work:
-        found = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
+        answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:
-        print_json(found)
+        print_json(answer)
     else:
-        print_result(str(found), bold_line=None)
-    save(found, plot, drawing | {"end": "greatest" if greatest else "least"})
-    return found.usable
+        print_result(str(answer), bold_line=None)
+    save(answer, plot, drawing | {"end": "greatest" if greatest else "least"})
+    return answer.usable
 
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_PAGE))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Solves all load cases unless one is named, and moves the axles, if there are any.
+    """Solve all load cases unless one is named, and move the axles, if there are any.
 
     Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
     option; 130: interrupted, and no page written.
@@ -207,7 +223,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
     page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
     refuse_report(page, **writes)
     errors = Console(stderr=True)
-    with waiting("report", kept="no page written") as work, interrupts() as check_interrupt:
+    with waiting("report", if_interrupted="no page written") as work, interrupts() as check_interrupt:
 
         def begins(part: str) -> None:
             work.phase(part)
@@ -216,25 +232,30 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
         try:
             answers = _answers(as_scene(case, load_case), begins, work.show, given.rest(mo.solve))
-            check_interrupt()  # a search or crossing that it ended has an answer: what was found by then
+            check_interrupt()  # an interrupted search or crossing has an answer, but no page is written
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page written") from None
         begins("page")
         with writing(page):
             mo.report(answers, page, **writes)
     print_result(printable("\n\n".join([*map(str, answers), str(page)])), bold_line=None)
-    return all(one.load_factor is not None if isinstance(one, mo.Crossing) else one.usable for one in answers)
+    return all(map(_is_complete, answers))
+
+
+def _is_complete(answer: Any) -> bool:
+    """Return True if a crossing has a load factor, or another answer is usable."""
+    return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """What a report is of: load cases, those in which axles cross, or the scene itself."""
+    """Return the answers for a report: load cases, the crossing of axles, or else the scene itself."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
-    if cases and not all(one.moves for one in cases):
+    if cases and not all(case.moves for case in cases):
         begins("load cases")
         answers.append(mo.solve_cases(scene, phases=show, **options))
     scenes = [scene.with_load_case(case) for case in cases] or [scene]
-    if scene.axles and any(one.factor_of_axles for one in scenes):
+    if scene.axles and any(case_scene.factor_of_axles for case_scene in scenes):
         begins("crossing")
         answers.append(mo.crossing(scene, progress=lambda x, _: show(f"first axle at {x:.4g}"), **options))
     if not answers:
@@ -245,16 +266,18 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
 
 @partial(reader, refusal="--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
 def _between(text: str) -> tuple[str, float, float]:
+    """Return name, lower and upper end of a range of a number."""
     name, _, ends = text.partition("=")
     lower, upper = map(float, ends.split(":"))
     return name.strip(), lower, upper
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:
+    """Return periods (s) and accelerations (g) from a CSV file. Raises OptionError if it is no spectrum."""
     try:
         lines = csv.reader(path.read_text("utf-8").splitlines())
-        told = (line for line in lines if line and not line[0].startswith("#"))
-        return [(float(period), float(acceleration)) for period, acceleration in told]
+        pairs = (line for line in lines if line and not line[0].startswith("#"))
+        return [(float(period), float(acceleration)) for period, acceleration in pairs]
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

@@ -1,1 +1,1 @@
-"""Scenes and results as elements, made once, and the two ways to show them: pictures and pages."""
+"""Pictures and pages of scenes and results, both from one list of elements to draw."""

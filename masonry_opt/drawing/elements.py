@@ -1,4 +1,4 @@
-"""Scenes and results as elements: made once, and shown by pictures and pages alike."""
+"""Elements of scenes and results: computed once, then drawn by pictures and pages alike."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,60 +19,68 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
-KINDS = ("mechanism", "thrust", "utilisation")  #: Kinds of pictures of a result: what its joints show.
+#: Kinds of pictures of a result, named after the quantity that its joints show.
+KINDS = ("mechanism", "thrust", "utilisation")
 
-FULL = 0.1  #: Share of the scene's size by which the fastest corner of a full motion has moved.
-START = 0.6  #: The share of a full motion that pictures show, and pages show first.
-#: Shares of that size free round the movable blocks, round what moves or acts on them, for a bar's text.
-_MARGIN, _PAD, _TEXT = 0.07, 0.02, 0.15
+#: Displacement of the fastest corner in the full motion, relative to the scene's size. If larger, mechanisms
+#: are magnified more.
+FULL = 0.1
+START = 0.6  #: Share of the full motion that pictures show, and that pages show first.
+_MARGIN = 0.07  #: Free space round the movable blocks at rest, relative to the scene's size.
+_PAD = 0.02  #: Free space round moved blocks and marks, relative to the scene's size.
+_TEXT = 0.15  #: Width of the text beside a bar, relative to the scene's size.
 
 
 @dataclass(frozen=True)
 class Elements:
-    """A scene, or a result, as it is drawn, relative to the geometry's origin, in the case's units."""
+    """Elements of a drawing of a scene or result, in the case's units, relative to the geometry's origin."""
 
-    assembly: Assembly  #: of the scene; its polygons, or solids, are the blocks
-    heading: str  #: a line below the scene's title
-    movement: str  #: name of the motion; "" where nothing moves
-    #: Full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3) or (blocks, 6).
+    assembly: Assembly  #: the scene's assembly; its polygons or solids are the blocks
+    heading: str  #: line below the scene's title
+    movement: str  #: name of the motion; "" if no block moves
+    #: Full motion of the scene's blocks, as defined in ``marks.moved``, shape (blocks, 3) or (blocks, 6).
     motion: np.ndarray
-    loads: list[Marks]  #: arrows of loads
-    #: Marks on joints: "scene" before it is solved; of a result those of ``KINDS`` that are known.
+    loads: list[Marks]  #: marks of loads and fill
+    #: Marks on joints by name: "scene" for an unsolved scene; the known ones of ``KINDS`` for a result.
     layers: dict[str, list[Marks]]
 
     @property
     def title(self) -> str:
+        """Return the title of the drawing."""
         return title_of(self.assembly.scene)
 
     @property
     def outline_width(self) -> float:
-        """Width of the blocks' outlines, in points: those of many small blocks must not hide the rest."""
+        """Return the width of the blocks' outlines, in points; thin if many blocks are small."""
         return float(np.clip(15 / np.sqrt(len(self.assembly.movable) or 1), 0.1, 0.8))
 
     @property
     def supports(self) -> np.ndarray:
-        """Indices of the blocks that are supports: those that are fixed, and those that settle."""
-        settles = [force for force in self.assembly.limited if force.role is Role.SUPPORT]
-        supported = np.array([action.block for force in settles for action in force.actions], dtype=int)
-        return np.union1d(np.flatnonzero(self.assembly.scene.fixed), supported)
+        """Return the indices of the supports: fixed blocks, and supports that settle."""
+        reactions = [force for force in self.assembly.limited if force.role is Role.SUPPORT]
+        settling = np.array([action.block for force in reactions for action in force.actions], dtype=int)
+        return np.union1d(np.flatnonzero(self.assembly.scene.fixed), settling)
 
     @property
     def all_marks(self) -> list[Marks]:
-        """Marks of all layers, and loads."""
+        """Return the marks of all layers and of loads."""
         return [each for marks in (*self.layers.values(), self.loads) for each in marks]
 
     def shown(self, kind: str) -> list[Marks]:
-        """Marks of a picture of that kind: loads are shown with what moves under them."""
+        """Return the marks of a picture of a kind, with loads if it shows the scene or its mechanism."""
         return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
 
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
-        """Lower left and upper right of movable blocks and marks, at rest and after a share, shape (2, 2)."""
+        """Return the lower left and upper right corners of the drawn area, shape (2, 2).
+
+        The area contains movable blocks and marks, at rest and after a share of the full motion.
+        """
         movable, size = self.assembly.movable, size_of(self.assembly)
         shapes = self.assembly.geometry.polygons[movable]
-        corners, number = shapely.get_coordinates(shapes, return_index=True)
-        points = [moved(corners, share * self.motion[movable][number])]
+        corners, block = shapely.get_coordinates(shapes, return_index=True)
+        points = [moved(corners, share * self.motion[movable][block])]
         for each in marks:
-            points += [each.moved(when).reshape(-1, 2) for when in (0.0, share)]
+            points += [each.moved(part).reshape(-1, 2) for part in (0.0, share)]
             if each.text:
                 points.append(each.points[:, -1] + [_TEXT * size, _PAD * size])
         reach, pad = np.concatenate(points), _PAD * size
@@ -82,13 +90,13 @@ class Elements:
 
 
 def title_of(scene: Scene) -> str:
-    """The scene's title, or the name of its file, and its load case, in one line."""
+    """Return the scene's title, or else its file name, followed by its load case, as one line."""
     case = f": {scene.load_case.name}" if scene.load_case else ""
     return printable((" ".join(scene.title.split()) or Path(scene.origin).stem) + case)
 
 
 def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
-    """Marks by what a legend says of them."""
+    """Return the marks of each legend entry, by label."""
     entries: dict[str, list[Marks]] = {}
     for each in marks:
         if each.label:
@@ -97,47 +105,54 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 
 def scene_elements(assembly: Assembly) -> Elements:
-    """What there is to draw of a scene before it is solved."""
+    """Return the elements of a scene before it is solved."""
     still = _still(assembly)
     arrows = list(forces.load_marks(assembly, still))
     yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
-    layers = {"scene": [*_found(assembly), *forces.strut_marks(assembly, still, yields)]}
+    layers = {"scene": [*_joints(assembly), *forces.strut_marks(assembly, still, yields)]}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
 def result_elements(result: Outcome) -> Elements:
-    """What there is to draw of a result."""
+    """Return the elements of a result."""
     assembly, d, movement = result.assembly, result.solution.d, _movement(result)
     motion = _still(assembly) if d is None else motion_of(assembly, d, d)
     layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}
     if result.joints["n"].notna().all():
         layers["thrust"] = [*forces.thrust_marks(result), *forces.pressure_marks(result)]
         layers["utilisation"] = list(forces.utilisation_marks(result))
-    held = list(forces.strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
-    layers = {kind: [*marks, *held] for kind, marks in layers.items()}
+    struts = list(forces.strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
+    layers = {kind: [*marks, *struts] for kind, marks in layers.items()}
     arrows = list(forces.load_marks(assembly, motion, live=result.status.live_load_acts))
     return Elements(assembly, heading(result), movement, motion, arrows, layers)
 
 
 def _still(assembly: Assembly) -> np.ndarray:
-    """Motions of all blocks that stay."""
+    """Return zero motions of all blocks, shape (blocks, 3), in space (blocks, 6)."""
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Displacements d (3b,) as motions of the scene's blocks, in the scale in which ``full`` is full."""
+    """Return displacements d, shape (3b,), as motions of the scene's blocks, scaled for drawing.
+
+    The scale makes displacements ``full``, shape (3b,), a full motion; see ``FULL``.
+    """
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
     d = FULL * size_of(assembly) / fastest(assembly, full) * d
     rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
-    # Of the point of each block that lies in the origin.
+    # Motions are those of the point of each block at the origin, not of its centroid.
     rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid
     motion[assembly.movable] = rates
     return motion
 
 
 def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
-    """Joints by how they move, midway between their blocks; in space outlines of joints with each block."""
+    """Yield marks of joints by their kind of motion.
+
+    In the plane, marks move with the mean of the motions of both blocks. In space, the outline of a joint is
+    drawn twice, once with each block.
+    """
     joints, shrink = result.assembly.joints, shrink_of(result.assembly)
     moves = joint_motion(result.assembly, result.solution)
     midway = (motion[joints.first] + motion[joints.second]) / 2
@@ -153,20 +168,23 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
         ends, joint = np.tile(ends, (2, 1, 1)), np.tile(joint, 2)
         opens = moves.hinges & ~moves.slides
         looks.append(("opens", "hinging joint", HINGES, 0.4 * width, opens, ()))
-    for name, label, colour, wide, of_joints, dashes in looks:
-        which = of_joints[joint]
-        lines = Marks(name, label, "line", colour, wide, ends[which], with_joint[which], dashes)
+    for name, label, colour, line_width, has_motion, dashes in looks:
+        drawn = has_motion[joint]
+        lines = Marks(name, label, "line", colour, line_width, ends[drawn], with_joint[drawn], dashes)
         yield from joint_marks(lines)
-    # Colour alone cannot be told apart in grey.
-    if (which := moves.crushes).any():
-        middle = ends[which].mean(axis=1, keepdims=True)
-        yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
-    if (which := moves.hinges).any():
-        at = moves.hinge[which][:, None]
-        yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
+    # Crosses and dots distinguish the kinds of motion in grey prints, where colours look alike.
+    if moves.crushes.any():
+        middle = ends[moves.crushes].mean(axis=1, keepdims=True)
+        motions = midway[moves.crushes]
+        yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, motions)
+    if moves.hinges.any():
+        point = moves.hinge[moves.hinges][:, None]
+        motions = midway[moves.hinges]
+        yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, point, motions)
 
 
 def _movement(result: Outcome) -> str:
+    """Return the name of the motion that a drawing of a result shows; "" if there is no motion."""
     if not result.blocks["vx"].notna().all():
         return ""
     if result.load_factor is not None:
@@ -177,33 +195,36 @@ def _movement(result: Outcome) -> str:
 
 
 def heading(result: Outcome) -> str:
-    """The load factor, or why there is none."""
+    """Return a line with the load factor, or with the status if there is no load factor."""
     if result.load_factor is None:
         movement = _movement(result)
-        tried = movement and result.status is not Status.UNSTABLE
-        return f"no load factor ({result.status}){f'; drawn: {movement}' if tried else ''}"
+        shows_last_motion = movement and result.status is not Status.UNSTABLE
+        drawn = f"; drawn: {movement}" if shows_last_motion else ""
+        return f"no load factor ({result.status}){drawn}"
     line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
     tilt = result.tilt_angle
     return line if tilt is None else f"falls when tilted by {numeral(tilt, '.2f')}°: {line}"
 
 
-def _found(assembly: Assembly) -> Iterable[Marks]:
-    """Joints, corners that meet in no joint, and small gaps."""
+def _joints(assembly: Assembly) -> Iterable[Marks]:
+    """Yield marks of joints, of corners that touch without a joint, and of small gaps."""
     (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
     in_point = "joint in a point" if assembly.scene.dimension == 3 else "joint of a corner on an edge"
     yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
-    if len(at := assembly.joints.meets):
-        yield Marks("corners", "corner on corner: no joint", "cross", MARKED, 3.0 * width, at[:, None])
-    if len(gaps := assembly.joints.facing):
+    corners, gaps = assembly.joints.meets, assembly.joints.facing
+    if len(corners):
+        yield Marks("corners", "corner on corner: no joint", "cross", MARKED, 3.0 * width, corners[:, None])
+    if len(gaps):
         yield Marks("gaps", "small gap: no joint", "line", GAP, 2.6, gaps, dashes=(1.6, 1.1))
 
 
 def counts(assembly: Assembly) -> str:
-    """Numbers of blocks, supports, joints, small gaps and edges that fill touches, in words."""
+    """Return the numbers of blocks, supports, joints, small gaps and edges that fill touches, as text."""
     movable, joints = len(assembly.movable), assembly.joints
     numbers = {"block": movable, "support": len(assembly.scene.blocks) - movable}
     numbers |= {"joint": len(joints.first), "small gap": len(joints.gaps)}
-    said = [counted(number, noun) for noun, number in numbers.items() if number or noun == "joint"]
-    if touched := len({piece.edge for piece in assembly.filled_pieces}):
-        said.append(f"{counted(touched, 'edge')} touched by fill")
-    return ", ".join(said)
+    phrases = [counted(number, noun) for noun, number in numbers.items() if number or noun == "joint"]
+    touched = len({piece.edge for piece in assembly.filled_pieces})
+    if touched:
+        phrases.append(f"{counted(touched, 'edge')} touched by fill")
+    return ", ".join(phrases)

@@ -1,4 +1,4 @@
-"""Loads, fill, ties and props, and what joints carry, as marks."""
+"""Marks of loads, fill, ties and props, and of the forces in joints."""
 
 from collections.abc import Iterable
 
@@ -14,78 +14,96 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
 from masonry_opt.scene.rows import linked
 
-#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all, by
-#: dimension: fewer in space, where arrows lie on each other.
+#: Largest numbers of arrows of parallel forces, by dimension: of weights, and of each other kind of load. If
+#: there are more forces, one arrow shows their direction. Numbers are lower in space, where arrows overlap.
 _MOST = {2: (30, 200), 3: (1, 8)}
 
-_LONGEST = 0.09  #: Length of the longest arrow of a kind, over the size of the scene.
-_LONE, _OF_BLOCK = 8, 0.6  #: Number of forces above which it is at most this share of a usual block.
-_ALONG, _SPACE = 8, 0.3  #: Arrows along an edge load's line, and least space between them over their length.
-_ABOVE = 0.16  #: Height of the one arrow for many over the blocks, moved too, over the size of the scene.
-_DIRECTION = 0.07  #: Length of that arrow, over the size of the scene.
+_LONGEST = 0.09  #: Length of the longest arrow of a kind of load, relative to the size of the scene.
+#: Number of forces of a kind above which ``_OF_BLOCK`` limits the length of their arrows.
+_LONE = 8
+_OF_BLOCK = 0.6  #: Largest length of the arrows of many forces, relative to the size of a median block.
+_ALONG = 8  #: Number of arrow intervals along the whole line of an edge load.
+_SPACE = 0.3  #: Smallest distance of the arrows of an edge load, relative to their largest length.
+#: Distance of a single arrow for many forces from the highest block, relative to the size of the scene. The
+#: arrow is then above moved blocks too.
+_ABOVE = 0.16
+#: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
+_DIRECTION = 0.07
 
-#: Kinds of loads: colour, width in points, what a legend says of their arrows, and of one arrow for all.
+#: Kinds of loads: colour, width in points, legend entry of arrows, and entry of a single arrow for all.
 _KINDS = {
     "weight": (colours.DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (colours.FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
-    # Last and thinner: it may lie on a dead load that it takes away from.
+    # The live load is drawn last and thinner: it may lie on a dead load that it reduces.
     "live": (colours.LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
-_APART = 0.02  #: Space between the columns that are drawn, over the size of the scene.
-_PRESSURE = 0.1  #: Length of the arrow of the largest pressure, over the size of the scene.
+_COLUMN_STEP = 0.02  #: Distance of the lines that show columns of fill, relative to the size of the scene.
+_PRESSURE = 0.1  #: Length of the arrow of the largest pressure of fill, relative to the size of the scene.
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Fill, and each kind of load to a scale of its own; motions of blocks are as ``moved`` takes them."""
+    """Yield marks of fill and of loads. Arrows of each kind of load have their own scale.
+
+    ``motion`` is the full motion of blocks, as defined in :func:`~.marks.moved`. ``live`` is False if live
+    loads are not drawn.
+    """
     yield from fill_marks(assembly, motion)
-    most_weights, most = _MOST[assembly.scene.dimension]
-    given = loads(assembly.scene, assembly.geometry, assembly.movable)
-    for kind, (colour, width, each, of_all) in _KINDS.items():
+    most_weights, most_others = _MOST[assembly.scene.dimension]
+    all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
+    for kind, (colour, width, label, label_of_all) in _KINDS.items():
         if kind == "live" and not live:
             continue
-        forces: Forces = getattr(given, kind)
+        forces: Forces = getattr(all_loads, kind)
         pieces = [piece for piece in assembly.loaded_pieces if piece.kind == kind]
-        label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
-        if _many_parallel(forces, most_weights if kind == "weight" else most):
-            label, points = of_all, _direction(assembly, forces)
-            moves = np.zeros((1, motion.shape[1]))
+        points, motions = np.empty((0, 2, 2)), np.empty((0, 3))
+        is_single = _many_parallel(forces, most_weights if kind == "weight" else most_others)
+        if is_single:
+            points, motions = _direction(assembly, forces), np.zeros((1, motion.shape[1]))
         elif len(forces.force):
-            points, moves = _forces(assembly, forces, motion)
+            points, motions = _forces(assembly, forces, motion)
         if pieces:
             arrows, tails, owners = _rows(assembly, pieces)
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
-            points, moves = np.concatenate([points, arrows]), np.concatenate([moves, motion[owners]])
+            points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # Many arrows are thin, but one that stands for all is thick.
-            width = 2.2 if label == of_all else width if len(points) <= 100 else 0.4 * width
-            yield Marks(kind, label, "arrow", colour, width, points, moves)
+            # A single arrow for many forces is thick. Arrows are thin if there are many of them.
+            if is_single:
+                label, width = label_of_all, 2.2
+            elif len(points) > 100:
+                width = 0.4 * width
+            yield Marks(kind, label, "arrow", colour, width, points, motions)
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
+    """Return True if there are more than ``most`` forces and all of them have one direction."""
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
     return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
 def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
+    """Return one arrow above the blocks in the direction of all forces, shape (1, 2, 2) or (1, 2, 3)."""
     total, size = forces.force.sum(axis=0), size_of(assembly)
     tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
     tail[-1] += _ABOVE * size
-    # Longer in space, where it may point towards the eye.
+    # The arrow is longer in space, where it may point towards the eye.
     length = _DIRECTION * (len(tail) - 1) * size
     return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
 
 def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Arrows from where forces act, or to there if they push from outside; motions, which keep directions."""
+    """Return arrows of forces and their motions, which are translations.
+
+    Arrows start at the point of action, or end there if the force pushes on the block from outside.
+    """
     point, blocks = forces.point, assembly.movable[forces.block]
-    own, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
+    sizes, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
     longest = _LONGEST * size_of(assembly)
-    if len(own) > _LONE:
-        usual = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
-        longest = min(longest, _OF_BLOCK * usual)
-    arrow = longest * forces.force / own.max()
-    behind = point - 0.02 * longest * forces.force / own[:, None]
+    if len(sizes) > _LONE:
+        median_side = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
+        longest = min(longest, _OF_BLOCK * median_side)
+    arrow = longest * forces.force / sizes.max()
+    behind = point - 0.02 * longest * forces.force / sizes[:, None]
     away = np.array([assembly.geometry.away(*each) for each in zip(blocks, behind, strict=True)])
     tail = point - np.where((away > assembly.geometry.tolerance)[:, None], arrow, 0.0)
     motions = np.zeros((len(point), motion.shape[1]))
@@ -94,7 +112,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
 
 
 def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A row of arrows on each loaded piece of edge, a line along their far ends, and the arrows' blocks."""
+    """Return arrows on each loaded piece of edge, a line along their far ends, and the arrows' blocks."""
     longest = 0.8 * _LONGEST * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     arrows, lines, owners = [], [], []
@@ -106,7 +124,7 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
         share = np.linspace(0, 1, count)[:, None]
         arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
-        # Arrows end at an edge that is pushed, and begin at one that is pulled.
+        # Arrows end at an edge that is pushed, and start at an edge that is pulled.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
         pulled = assembly.geometry.away(piece.block, behind) <= 0
         tail = on_edge if pulled else on_edge - arrow
@@ -117,16 +135,20 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
 
 
 def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
-    """Roads, which stay; with motions of the blocks, shape (blocks, 3), columns of fill and edges below."""
+    """Yield marks of fill: its columns, backing, the edges that it touches, and roads.
+
+    Columns and edges move with their blocks, whose motions have shape (blocks, 3). Roads and backing do not
+    move.
+    """
     pieces = assembly.filled_pieces
     if not pieces:
         return
     owner, ends = np.array([piece.block for piece in pieces]), np.array([piece.ends for piece in pieces])
     columns, below, backed, tops = [np.empty((0, 2, 2))], [], [], []
     for number, piece in enumerate(pieces):
-        (right, left), apart = piece.ends[:, 0], _APART * size_of(assembly)
-        x = apart * np.arange(np.ceil(left / apart), right / apart)
-        low, deep = (np.interp(x, [left, right], of[::-1]) for of in (piece.ends[:, 1], piece.depth))
+        (right, left), step = piece.ends[:, 0], _COLUMN_STEP * size_of(assembly)
+        x = step * np.arange(np.ceil(left / step), right / step)
+        low, deep = (np.interp(x, [left, right], ends[::-1]) for ends in (piece.ends[:, 1], piece.depth))
         columns.append(np.stack([np.column_stack([x, low]), np.column_stack([x, low + deep])], axis=1))
         below += [owner[number]] * len(x)
         if piece.zone and left < right:
@@ -148,54 +170,70 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def pressure_marks(result: Outcome) -> Iterable[Marks]:
-    """What fill presses on each face that it touches, as arrows that end there."""
+    """Yield arrows of the pressure of fill on each face that it touches; the arrows end at the face."""
     assembly, force = result.assembly, result.pressures["force"].to_numpy()
-    if len(force) and (most := force.max()) > 0:
-        acting = [each.actions[0] for each in assembly.limited if each.role is Role.EARTH]
-        tip, along = (np.array([getattr(each, of) for each in acting]) for of in ("point", "force"))
-        tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * along
+    if not len(force):
+        return
+    most = force.max()
+    if most > 0:
+        actions = [each.actions[0] for each in assembly.limited if each.role is Role.EARTH]
+        tip = np.array([action.point for action in actions])
+        direction = np.array([action.force for action in actions])
+        tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * direction
         label = f"pressure of fill on a face, {most:.3g} at most"
         yield Marks("earth", label, "arrow", colours.FILL, 1.0, np.stack([tail, tip], axis=1))
 
 
-_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}  #: Width in points, and dashes of those that yield.
-_YIELDS = (1.2, 0.8)
+_STRUT_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}  #: Width of the lines of ties and props, in points.
+_YIELD_DASHES = (
+    1.2,
+    0.8,
+)  #: Lengths of dashes and gaps of ties and props that yield, relative to their width.
 
 
 def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> Iterable[Marks]:
-    """Ties and props, and their ends; those that yield, in the order of ``Result.ties``, are dashed."""
-    struts = [force for force in assembly.limited if force.role in _WIDTH]
+    """Yield marks of ties and props and of their ends.
+
+    ``yields`` is True for ties and props that yield, in the order of ``Result.ties``. Their lines are dashed.
+    """
+    struts = [force for force in assembly.limited if force.role in _STRUT_WIDTH]
     if not struts:
         return
     ends = np.array([[action.point for action in force.actions] for force in struts])
     with_ground = np.concatenate([motion, np.zeros((1, motion.shape[1]))])
     of_ends = with_ground[[[action.block for action in force.actions] for force in struts]]
-    there = moved(ends, of_ends)
-    along, apart = (np.diff(of, axis=1)[:, 0] for of in (ends, there - ends))
+    moved_ends = moved(ends, of_ends)
+    along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Each half goes with its end and turns with the line, so that they part in the middle where it lengthens.
+    # Each half moves with its end and turns with the line. If the line lengthens, a gap opens in the middle.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
-    goes = there.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
+    goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
     role = np.array([force.role for force in struts])
-    for kind, width in _WIDTH.items():
-        for which, word, dashes in ((~yields, "", ()), (yields, ", yields", _YIELDS)):
-            those = np.repeat((role == kind) & which, 2)
-            if those.any():
-                look = colours.STRUT, width, halves[those], motions[those], dashes
+    for kind, width in _STRUT_WIDTH.items():
+        for selected, word, dashes in ((~yields, "", ()), (yields, ", yields", _YIELD_DASHES)):
+            drawn = np.repeat((role == kind) & selected, 2)
+            if drawn.any():
+                look = colours.STRUT, width, halves[drawn], motions[drawn], dashes
                 yield Marks(kind, f"{kind}{word}", "line", *look)
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-_CHAIN = 3  #: Blocks in a row, each between two others, from which their points of thrust make a line.
-#: Length of the longest resultant, over the size of the scene; in space one joint may carry most.
-_RESULTANT, _RESULTANT_IN_SPACE = 0.12, 0.3
-_SCALE = 0.08  #: Height of the scale over the blocks, over that size.
+#: Smallest number of successive blocks with two neighbours each through which a line of thrust is drawn.
+_CHAIN = 3
+_RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
+#: Length of the longest resultant in space, relative to the size of the scene. It is larger than in the plane
+#: because one joint may carry most of the force.
+_RESULTANT_IN_SPACE = 0.3
+_SCALE = 0.08  #: Height of the scale of forces above the blocks, relative to the size of the scene.
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Resultants on the joints' first blocks, and where they act (in the plane m / n from the middle), in the
-    case's units, shape (c, 2) or (c, 3) each. NaN without forces; points also where nothing presses."""
+    """Return the resultants on the joints' first blocks and their points, in the case's units.
+
+    Both arrays have shape (c, 2), in space (c, 3). In the plane, a resultant acts at the distance m / n from
+    the middle of its joint. All entries are NaN without forces; points are also NaN if nothing presses.
+    """
     joints, frame = result.assembly.joints, result.joints
     if result.contacts is not None:
         force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
@@ -208,86 +246,107 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
-    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks with two joints, both of
-    which press (``acts``, shape (c,)), in rows of at least three."""
+    """Return the pairs of joints that a line of thrust connects, shape (pairs, 2).
+
+    Each pair belongs to a movable block with exactly two joints, both of which press. Such a block must lie
+    in a row of at least ``_CHAIN`` of them. ``acts``, shape (c,), is True for joints that press.
+    """
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
-    number = np.tile(np.arange(len(joints.first)), 2)
-    has, pressed = (np.bincount(of, minlength=count) for of in (sides, sides[acts[number]]))
-    between = (has == 2) & (pressed == 2) & np.isin(np.arange(count), assembly.movable)
+    joint_of_side = np.tile(np.arange(len(joints.first)), 2)
+    joint_count = np.bincount(sides, minlength=count)
+    pressed_count = np.bincount(sides[acts[joint_of_side]], minlength=count)
+    between = (joint_count == 2) & (pressed_count == 2) & np.isin(np.arange(count), assembly.movable)
     along = between[joints.first] & between[joints.second]
     row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)
     order = np.argsort(sides, kind="stable")
-    return number[order][in_chain[sides[order]]].reshape(-1, 2)
+    return joint_of_side[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
-    """Resultants half to each side of where they act, and how large they are. In the plane also the line of
-    thrust, along which only those on supports are drawn; in space, thinner, the forces at contact points."""
+    """Yield marks of the resultants, each with its middle at its point of action, and of their scale.
+
+    In the plane, lines of thrust are drawn too. Along such a line, only resultants on supports are shown. In
+    space, forces at contact points are drawn too, with thinner lines.
+    """
     assembly, (force, point) = result.assembly, thrust(result)
-    size, shrink = size_of(assembly), shrink_of(assembly)
-    shown: np.ndarray = np.isfinite(point).all(axis=1)
+    contacts, size = result.contacts, size_of(assembly)
+    is_shown: np.ndarray = np.isfinite(point).all(axis=1)
     point = point - assembly.geometry.origin
-    points, who = result.contacts, "of a joint"
-    if points is None and len(pairs := chains(assembly, shown)):
-        on_line = np.isin(np.arange(len(shown)), pairs)
-        at = point[on_line][:, None]
-        yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, point[pairs])
-        yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, at)
+    owner = "of a joint"
+    pairs = chains(assembly, is_shown) if contacts is None else np.empty((0, 2), dtype=int)
+    if len(pairs):
+        on_line = np.isin(np.arange(len(is_shown)), pairs)
+        yield from _line_of_thrust(point[pairs], point[on_line][:, None], shrink_of(assembly))
         ends = np.stack([assembly.joints.first, assembly.joints.second])
         on_support = np.logical_or(*~np.isin(ends, assembly.movable))
-        shown &= ~on_line | on_support
-        who = "on a support" if on_support[shown].all() else who
-    if not shown.any():
+        is_shown &= ~on_line | on_support
+        owner = "on a support" if on_support[is_shown].all() else owner
+    if not is_shown.any():
         return
-    most = float(np.linalg.norm(force[shown], axis=1).max())
-    unit = (_RESULTANT if points is None else _RESULTANT_IN_SPACE) * size / most
-    label = f"resultant {who}, in the case's unit of force"
-    if points is not None:
-        label = f"resultant {who}; the longest is {most:.3g} in the case's unit of force"
-        carried = points[["fx", "fy", "fz"]].to_numpy()
-        carries = np.linalg.norm(carried, axis=1) > IDLE * most
-        at = points[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
-        lines, width = _through(at, unit * carried[carries], 0.4, 1.0)
-        told = "force at a contact point, one state of many"
-        yield Marks("contacts", told, "line", colours.AT_POINT, width, lines)
-    lines, width = _through(point[shown], unit * force[shown], 0.8, 1.6)
+    largest = float(np.linalg.norm(force[is_shown], axis=1).max())
+    unit = (_RESULTANT if contacts is None else _RESULTANT_IN_SPACE) * size / largest
+    label = f"resultant {owner}, in the case's unit of force"
+    if contacts is not None:
+        label = f"resultant {owner}; the longest is {largest:.3g} in the case's unit of force"
+        contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
+        carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
+        at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
+        lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
+        entry = "force at a contact point, one state of many"
+        yield Marks("contacts", entry, "line", colours.AT_POINT, width, lines)
+    lines, width = _through(point[is_shown], unit * force[is_shown], 0.8, 1.6)
     yield Marks("resultants", label, "line", colours.THRUST, width, lines)
-    yield Marks("points", "", "point", colours.THRUST, 1.8 * width, point[shown][:, None])
-    if points is None:
-        scale = round_below(most)
-        left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
-        ends = np.add([left, top + _SCALE * size], [[[0.0, 0.0], [scale * unit, 0.0]]])
-        yield Marks("scale", "", "bar", colours.THRUST, 1.6, ends, text=f"= {scale:g}")
+    yield Marks("points", "", "point", colours.THRUST, 1.8 * width, point[is_shown][:, None])
+    if contacts is None:
+        yield _force_scale(assembly, largest, unit)
+
+
+def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
+    """Yield marks of lines of thrust, shape (pairs, 2, 2), and of their points, shape (points, 1, 2)."""
+    yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, lines)
+    yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, points)
+
+
+def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
+    """Return a bar with the length of a round force up to ``largest``; ``unit`` is the length per force."""
+    scale = round_below(largest)
+    left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+    origin = [left, top + _SCALE * size_of(assembly)]
+    ends = np.add(origin, [[[0.0, 0.0], [scale * unit, 0.0]]])
+    return Marks("scale", "", "bar", colours.THRUST, 1.6, ends, text=f"= {scale:g}")
 
 
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
-    """Lines half to each side of points, and their width: the thinner the more they are."""
+    """Return lines with their middle at points, and their width, which is smaller for more lines."""
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
 
 
 def round_below(most: float) -> float:
-    """The largest of 1, 2 and 5 times powers of ten that is no more."""
+    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(most))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Joints, in space the sides of outlines, coloured by utilisation: the most used last, idle ones thin."""
+    """Yield lines of joints, in space of their outlines, coloured by utilisation.
+
+    Lines with larger utilisation are drawn later, over the others. Lines of idle joints are thin.
+    """
     ends, joint = result.assembly.joints.lines()
     used, steps = result.joints["utilisation"].to_numpy()[joint], len(colours.UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((colours.IDLE, *colours.UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
-        # Wider too where more is used, for readers of grey prints.
+        # Lines are also wider for larger utilisation, for readers of grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
         lines = Marks(name, label, "line", colour, width * shrink_of(result.assembly), ends[step == number])
         yield from joint_marks(lines)
 
 
 def utilisation_label(assembly: Assembly) -> str:
-    """What a legend says of the colours of utilisation."""
+    """Return the legend entry of the colours of utilisation."""
     limit = "slide, hinge or crush" if assembly.scene.dimension == 2 else "slide"
     return f"utilisation of joints (1: about to {limit})"

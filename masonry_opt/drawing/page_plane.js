@@ -1,42 +1,43 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
-// A scene in the plane: an SVG whose elements have motions.
+// Figure of a scene in the plane: an SVG picture whose elements carry their motions as attributes.
 const figure = (() => {
   const picture = document.querySelector("svg.picture"), joints = data.joints;
   const motionOf = (element) => (element.dataset.motion || "0 0 0").split(" ").map(Number);
   const moving = [...picture.querySelectorAll("[data-motion]")].map((element) => [element, motionOf(element)]);
   const blocks = [...picture.querySelectorAll(".blocks path")]; // in the order of data.blocks
   const ofMechanism = blocks.map((path) => motionOf(path.parentElement));
-  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
+  let motions = ofMechanism; // motions of blocks in the present view: the mechanism, or a state of the load history
   const [picked, yielded] = ["picked", "yielded"].map((name) => {
     const made = document.createElementNS(picture.namespaceURI, "g");
     made.setAttribute("class", name);
     return made;
   });
   const lineOf = (joint) => `M${joints.x[joint]} ${joints.y[joint]}l${joints.dx[joint]} ${joints.dy[joint]}`;
-  let share = 0; // of the mechanism that is shown
-  let shown = []; // the two blocks of the joint that is picked
-  let chosen = -1; // that joint
+  let share = 0; // share of the full motions that is shown
+  let highlighted = []; // paths of the two blocks of the selected joint
+  let chosen = -1; // number of the selected joint, -1 if no joint is selected
 
-  // The point (x, y) moves by share times (vx - omega y, vy + omega x).
+  // Return the transform of an element. A point (x, y) is displaced by share times (vx - omega y, vy + omega x).
   const matrix = ([vx, vy, omega]) =>
     `matrix(1 ${share * omega} ${-share * omega} 1 ${share * vx} ${share * vy})`;
 
-  // A joint lies midway between its two blocks.
+  // Return the motion of a joint, which is the mean of the motions of its two blocks.
   const midway = (joint) =>
     motions[joints.first[joint]].map((value, part) => (value + motions[joints.second[joint]][part]) / 2);
   let motionsOfJoints = joints.first.map((_, joint) => midway(joint));
 
-  function turnTo(now) {
+  // Use other motions of blocks, and compute those of joints.
+  function useMotions(now) {
     if (motions === now) return;
     motions = now;
     motionsOfJoints = joints.first.map((_, joint) => midway(joint));
   }
 
-  // Blocks move one by one, and what they carry stays.
-  function push(now, marks) {
+  // Show a state of the load history. Blocks move, but loads and other marks on them do not.
+  function keyframe(now, marks) {
     move(0);
-    turnTo(now);
+    useMotions(now);
     share = 1;
     blocks.forEach((path, block) => path.setAttribute("transform", matrix(now[block])));
     yielded.innerHTML = marks.map(({colour, width, dashes, joints}) => {
@@ -47,20 +48,22 @@ const figure = (() => {
     if (chosen >= 0) picked.setAttribute("transform", matrix(motionsOfJoints[chosen]));
   }
 
+  // Show the mechanism after a share of its full motion.
   function move(value) {
     if (motions !== ofMechanism) for (const path of blocks) path.removeAttribute("transform");
-    turnTo(ofMechanism);
+    useMotions(ofMechanism);
     yielded.innerHTML = "";
     share = value;
     for (const [element, motion] of moving) element.setAttribute("transform", matrix(motion));
     if (chosen >= 0) picked.setAttribute("transform", matrix(motionsOfJoints[chosen]));
   }
 
+  // Highlight a joint and its two blocks.
   function pick(joint) {
     chosen = joint;
     const first = joints.first[joint], second = joints.second[joint];
-    for (const path of shown) path.removeAttribute("class");
-    shown = [blocks[first], blocks[second]];
+    for (const path of highlighted) path.removeAttribute("class");
+    highlighted = [blocks[first], blocks[second]];
     blocks[first].setAttribute("class", "first");
     blocks[second].setAttribute("class", "second");
     const line = lineOf(joint);
@@ -68,7 +71,7 @@ const figure = (() => {
     picked.setAttribute("transform", matrix(motionsOfJoints[joint]));
   }
 
-  // The joint next to the pointer, if any is within some 24 pixels.
+  // Return the joint nearest to the pointer, or -1 if none is within 24 pixels.
   function near(event) {
     const place = picture.getScreenCTM();
     const pointer = new DOMPoint(event.clientX, event.clientY).matrixTransform(place.inverse());
@@ -84,7 +87,7 @@ const figure = (() => {
     return nearest;
   }
 
-  const first = picture.querySelector(".layer"); // marks stay on top
+  const first = picture.querySelector(".layer"); // marks of the layers are drawn over the highlights
   for (const each of [picked, yielded]) picture.insertBefore(each, first);
-  return {element: picture, moves: () => moving.length > 0, move, push, pick, near, show() {}};
+  return {element: picture, moves: () => moving.length > 0, move, keyframe, pick, near, show() {}};
 })();

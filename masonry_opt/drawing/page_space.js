@@ -1,30 +1,31 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
-// A scene in space, by three.js: everything is triangles and lines whose corners move on straight lines.
+// Figure of a scene in space, drawn by three.js. All elements are triangles and lines. Their corners move on straight
+// lines, as in a small motion.
 const figure = (() => {
   const {surface, motions: ofMechanism, layers, outlines, view, size} = data.figure, joints = data.joints;
-  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
+  let motions = ofMechanism; // motions of blocks in the present view: the mechanism, or a state of the load history
   const element = document.querySelector(".solids"), glass = document.getElementById("glass");
   const triad = [...element.querySelectorAll(".axes g")];
-  const standing = {element, moves: () => ofMechanism.flat().some(Boolean), move() {}, push() {}, pick() {}, show() {}, near: () => -1};
+  const standing = {element, moves: () => ofMechanism.flat().some(Boolean), move() {}, keyframe() {}, pick() {}, show() {}, near: () => -1};
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true}); // tests and printers read it
+    renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true}); // tests and printing read the drawn pixels
   } catch {
-    element.classList.add("still"); // a picture stands in for it
+    element.classList.add("still"); // without WebGL the page shows a fixed picture
     return standing;
   }
   const scene = new THREE.Scene(), camera = new THREE.OrthographicCamera();
-  let moving = []; // attributes with where they rest and their steps
+  let moving = []; // coordinates that move: attribute, values at rest, and displacements of the full motion
   const target = new THREE.Vector3(...data.figure.middle);
   let [azimuth, elevation] = view.map(THREE.MathUtils.degToRad);
-  let half = 1; // of the height that is seen
+  let half = 1; // half the height of the visible area, in units of the figure
   let share = 0, what = "mechanism";
   renderer.setClearColor(0xffffff);
   camera.up.set(0, 0, 1);
   element.prepend(renderer.domElement);
 
-  // The point r moves by share times v + w × r.
+  // Return the displacement of a point r in a full motion (v, w), which is v + w × r.
   const stepOf = ([x, y, z], [vx, vy, vz, wx, wy, wz]) =>
     [vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x];
   const plus = (one, other) => one.map((value, axis) => value + other[axis]);
@@ -32,6 +33,7 @@ const figure = (() => {
   const point = (list, at) => list.slice(3 * at, 3 * at + 3);
   const still = [0, 0, 0, 0, 0, 0];
 
+  // Return a geometry of three.js, and register its coordinates if they move.
   function geometry(rest, step, index) {
     const made = new THREE.BufferGeometry(), at = new THREE.Float32BufferAttribute(rest, 3);
     made.setAttribute("position", at);
@@ -41,13 +43,14 @@ const figure = (() => {
     return made;
   }
 
+  // Return the colours of the corners of triangles, shaded by the direction of each triangle.
   function coloured(triangles, factor) {
     const colours = new Float32Array(9 * triangles.length), own = new THREE.Color();
     const side = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
     triangles.forEach((corners, number) => {
       corners.forEach((corner, place) => side[place].fromArray(surface.points, 3 * corner));
       const normal = side[1].sub(side[0]).cross(side[2].sub(side[0])).normalize();
-      // Light from above, and a little from one side, so that no two sides of a block look alike.
+      // Light comes from above and a little from one side, so that neighbouring sides of a block differ.
       const light = 0.83 + 0.14 * normal.z + 0.06 * normal.x - 0.04 * normal.y;
       own.set(factor(surface.of[corners[0]])).multiplyScalar(light);
       for (let place = 0; place < 3; place++) own.toArray(colours, 9 * number + 3 * place);
@@ -71,7 +74,8 @@ const figure = (() => {
   lines(edges, inks[0]);
   lines(geometry(surface.hatching, surface.hatching.map(() => 0)), inks[1]);
 
-  // Corners of a four-sided bar from one end to another, and how its triangles join them.
+  // ``around`` are the indices of the triangles of a four-sided bar. ``bar`` returns its eight corners ``at``, each with
+  // the end of the bar ``of`` whose motion it takes.
   const around = [0, 2, 4, 6].flatMap((a) => { const b = (a + 2) % 8; return [a, b, b + 1, a, b + 1, a + 1]; });
   function bar(from, to, radius) {
     const along = new THREE.Vector3(...to).sub(new THREE.Vector3(...from)).normalize();
@@ -82,17 +86,19 @@ const figure = (() => {
     return rim.flatMap((off) => [{at: plus(from, off), of: from}, {at: plus(to, off), of: to}]);
   }
   const ball = new THREE.IcosahedronGeometry(1, 1), cube = new THREE.BoxGeometry(1.5, 1.5, 1.5).toNonIndexed();
+  // Return the corners of a ball or cube around a middle.
   const solidAt = (shape, middle, radius) => {
     const all = [...shape.attributes.position.array];
     return all.flatMap((_, at) => at % 3 ? [] : [{at: plus(middle, times(all.slice(at, at + 3), radius)), of: middle}]);
   };
+  // Return the corners of the head of an arrow, as triangles.
   function head(from, to, radius) {
     const along = plus(to, times(from, -1)), rim = bar(from, to, 3.2 * radius).filter((_, at) => at % 2 === 0);
     const base = plus(from, times(along, 0.65)), ring = rim.map(({at}) => plus(at, times(along, 0.65)));
     return ring.flatMap((one, at) => [one, ring[(at + 1) % 4], to, ring[(at + 1) % 4], one, base].map((place) => ({at: place, of: to})));
   }
 
-  // Pieces of a line with gaps between them.
+  // Return the dashes of a line as pairs of ends.
   function dashed(from, to, [dash, gap], radius) {
     const run = plus(to, times(from, -1)), long = Math.hypot(...run), period = 2 * (dash + gap) * radius;
     const count = Math.max(1, Math.round(long / period)), pieces = [];
@@ -101,7 +107,7 @@ const figure = (() => {
     return pieces;
   }
 
-  // One mesh of all marks of a kind.
+  // Return one mesh of all marks of a kind.
   function marked({shape, points, motion, radius, colour, dashes, through}) {
     const rest = [], step = [], index = [], ends = ["line", "arrow", "bar"].includes(shape) ? 2 : 1;
     const add = (corners, motionOf, joined) => {
@@ -135,21 +141,22 @@ const figure = (() => {
   scene.add(picked, yielded);
 
   const midway = (joint) => times(plus(motions[joints.first[joint]], motions[joints.second[joint]]), 0.5);
-  const sides = joints.first.map(() => []); // of each joint's outline: both ends of each line
+  const sides = joints.first.map(() => []); // lines of each joint's outline, as pairs of ends
   outlines.of.forEach((joint, line) => sides[joint].push([point(outlines.points, 2 * line), point(outlines.points, 2 * line + 1)]));
   const ofBlock = new Map(data.blocks.map((_, block) => [block, []]));
   joints.first.forEach((first, joint) => [first, joints.second[joint]].forEach((block) => ofBlock.get(block).push(joint)));
 
-  // While something moves pixels are those of the window; at rest there are more of them, for smooth edges:
-  // software takes three times as long where every frame has smooth ones.
+  // While the figure moves it is drawn with the pixels of the window. At rest it is drawn with more pixels, for smooth
+  // edges. Smooth edges in every frame would take three times as long if the browser draws without a graphics card.
   const coarse = Math.min(window.devicePixelRatio, 2);
-  let fine = 0; // the timer that draws it so
+  let fine = 0; // timer of the drawing with more pixels
   function render() {
     draw(coarse);
     clearTimeout(fine);
     fine = setTimeout(() => draw(2), 150);
   }
 
+  // Draw the scene and the triad of axes with a number of pixels per pixel of the page.
   function draw(ratio) {
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     camera.position.set(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
@@ -170,6 +177,7 @@ const figure = (() => {
     });
   }
 
+  // Move all registered coordinates by the share of the full motion.
   function place() {
     for (const {at, rest, step} of moving) {
       const now = at.array;
@@ -178,16 +186,17 @@ const figure = (() => {
     }
   }
 
+  // Show the mechanism after a share of its full motion.
   function move(value) {
-    if (motions !== ofMechanism) forget(yielded);
+    if (motions !== ofMechanism) removeMeshes(yielded);
     motions = ofMechanism;
     share = value;
     place();
     render();
   }
 
-  // Blocks move one by one, and what they carry stays.
-  function push(now, marks) {
+  // Show a state of the load history. Blocks move, but loads and other marks on them do not.
+  function keyframe(now, marks) {
     move(0);
     motions = now;
     share = 1;
@@ -204,6 +213,7 @@ const figure = (() => {
     render();
   }
 
+  // Show the marks of a quantity. Blocks are transparent for the thrust, or if the reader asks for it.
   function show(kind) {
     what = kind;
     for (const [name, group] of Object.entries(groups)) group.visible = name === "loads" || name === kind;
@@ -214,7 +224,8 @@ const figure = (() => {
     render();
   }
 
-  function forget(group) {
+  // Remove all meshes of a group.
+  function removeMeshes(group) {
     for (const made of group.children) {
       moving = moving.filter((each) => each.made !== made.geometry);
       made.geometry.dispose();
@@ -222,8 +233,9 @@ const figure = (() => {
     group.clear();
   }
 
+  // Highlight a joint and its first block.
   function pick(joint) {
-    forget(picked);
+    removeMeshes(picked);
     const points = sides[joint].flat(2), motion = sides[joint].map(() => 0);
     data.figure.table[0] = midway(joint);
     const radius = data.figure.radius;
@@ -236,7 +248,7 @@ const figure = (() => {
     render();
   }
 
-  // The first block of the joint that is picked is blue.
+  // Paint one block blue, which is the first block of the selected joint, and all others in their usual colours.
   function paint(block) {
     const at = solid.attributes.color, own = new THREE.Color(0xbbd7ea);
     at.array.set(usual);
@@ -248,21 +260,22 @@ const figure = (() => {
     at.needsUpdate = true;
   }
 
+  // Return the intersection of the blocks with the ray through the pointer, nearest to the eye.
   const ray = new THREE.Raycaster();
-  function under(event) {
+  function hitAt(event) {
     const frame = element.getBoundingClientRect();
     const pointer = {x: (2 * (event.clientX - frame.left)) / frame.width - 1, y: 1 - (2 * (event.clientY - frame.top)) / frame.height};
     ray.setFromCamera(pointer, camera);
     return ray.intersectObject(mesh)[0];
   }
 
-  // The joint of the block under the pointer that is nearest to it, if any is within some 24 pixels.
+  // Return the joint nearest to the pointer, among those of the block at the pointer, or -1 if none is within 24 pixels.
   function near(event) {
-    if (held.size) return -1;
-    const hit = under(event);
+    if (pointers.size) return -1;
+    const hit = hitAt(event);
     if (!hit) return -1;
     const block = surface.of[threes[hit.faceIndex][0]];
-    tellBlock(block);
+    showBlock(block);
     const line = new THREE.Line3(), foot = new THREE.Vector3();
     let nearest = -1, least = (24 * 2 * half) / element.clientHeight;
     for (const joint of ofBlock.get(block))
@@ -276,7 +289,8 @@ const figure = (() => {
     return nearest;
   }
 
-  function tellBlock(block) {
+  // Show the name and the rates of motion of a block.
+  function showBlock(block) {
     document.getElementById("block").textContent = data.blocks[block];
     for (const cell of document.querySelectorAll("[data-rate]")) {
       const rates = data.rates[block];
@@ -286,12 +300,14 @@ const figure = (() => {
 
   const fit = () => renderer.setSize(element.clientWidth, element.clientHeight);
 
+  // Turn the view to an azimuth and an elevation, in radians.
   function look(toAzimuth, toElevation) {
     [azimuth, elevation] = [toAzimuth, Math.max(-1.57, Math.min(1.57, toElevation))];
     render();
   }
 
   const zoom = (factor) => { half = Math.max(size / 100, Math.min(5 * size, half * factor)); render(); };
+  // Shift the scene by a number of pixels of the page.
   function shift(right, up) {
     const unit = (2 * half) / element.clientHeight;
     for (const [axis, by] of [[0, -right * unit], [1, up * unit]])
@@ -299,27 +315,27 @@ const figure = (() => {
     render();
   }
 
-  // One finger, or the mouse, turns; two zoom and shift; the right button, or the shift key, shifts.
-  const held = new Map();
+  // The mouse or one finger turns the scene. The right button or the shift key shifts it. Two fingers zoom and shift it.
+  const pointers = new Map();
   const canvas = renderer.domElement;
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
-    held.set(event.pointerId, event);
+    pointers.set(event.pointerId, event);
   });
   canvas.addEventListener("pointermove", (event) => {
-    const before = held.get(event.pointerId);
+    const before = pointers.get(event.pointerId);
     if (!before) return;
     const right = event.clientX - before.clientX, down = event.clientY - before.clientY;
-    if (held.size === 2) {
-      const [other] = [...held.values()].filter((each) => each.pointerId !== event.pointerId);
+    if (pointers.size === 2) {
+      const [other] = [...pointers.values()].filter((each) => each.pointerId !== event.pointerId);
       const apart = (each) => Math.hypot(each.clientX - other.clientX, each.clientY - other.clientY) || 1;
       zoom(apart(before) / apart(event));
       shift(right / 2, down / 2);
     } else if (event.shiftKey || event.buttons & 2) shift(right, down);
     else look(azimuth - right / 150, elevation + down / 150);
-    held.set(event.pointerId, event);
+    pointers.set(event.pointerId, event);
   });
-  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => held.delete(event.pointerId));
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("wheel", (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY); }, {passive: false});
   element.addEventListener("keydown", (event) => {
@@ -333,22 +349,22 @@ const figure = (() => {
     button.addEventListener("click", () => {
       target.set(...data.figure.middle);
       look(...button.dataset.view.split(" ").map((angle) => THREE.MathUtils.degToRad(+angle)));
-      half = whole();
+      half = smallestHalf();
       render();
     });
   glass.addEventListener("change", () => show(what));
 
-  // What is to be seen at first: blocks at rest and moved, and loads.
+  // Points that the first view must contain: corners of blocks at rest and moved, and ends of loads.
   const everything = surface.of.flatMap((_, at) => [corner(at), plus(corner(at), stepAt(at))]);
-  if (data.way) {
-    motions = motionsAt(data.way.motions.length - 1);
+  if (data.history) {
+    motions = motionsAt(data.history.motions.length - 1);
     surface.of.forEach((_, at) => everything.push(plus(corner(at), stepAt(at))));
     motions = ofMechanism;
   }
   for (const {points} of layers.loads) for (let at = 0; at < points.length; at += 3) everything.push(points.slice(at, at + 3));
 
-  // The least half of the height at which everything is seen from the present side.
-  function whole() {
+  // Return half the smallest height of the visible area that contains all these points in the present direction.
+  function smallestHalf() {
     render();
     const turn = new THREE.Matrix4().extractRotation(camera.matrixWorld).invert(), turned = new THREE.Vector3();
     const slope = element.clientHeight / element.clientWidth;
@@ -361,7 +377,7 @@ const figure = (() => {
   }
 
   fit();
-  half = whole();
-  new ResizeObserver(() => { fit(); half = Math.max(half, whole()); render(); }).observe(element);
-  return {...standing, move, push, pick, show, near};
+  half = smallestHalf();
+  new ResizeObserver(() => { fit(); half = Math.max(half, smallestHalf()); render(); }).observe(element);
+  return {...standing, move, keyframe, pick, show, near};
 })();

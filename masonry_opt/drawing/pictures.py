@@ -1,4 +1,4 @@
-"""Pictures by matplotlib of scenes and results."""
+"""Pictures of scenes and results, drawn with matplotlib."""
 
 from collections.abc import Iterator
 from pathlib import Path as FilePath
@@ -27,8 +27,11 @@ from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 
-_LEAST_NAME, _TINY_NAME = 3.0, 1.0  #: Smallest size of letters of block names in points, and of many.
-_MANY = 200  #: Blocks above which names may be tiny: they can be read where a picture is enlarged.
+_LEAST_NAME = 3.0  #: Smallest font size of block names, in points.
+#: Smallest font size of block names in scenes with many blocks, in points. Tiny names can be read in an
+#: enlarged picture.
+_TINY_NAME = 1.0
+_MANY = 200  #: Number of blocks above which names may be tiny and have no white rim.
 
 
 def draw(
@@ -38,22 +41,28 @@ def draw(
     force: bool = False,
     view: ViewAngles | None = None,
 ) -> Picture:
-    """Draw a scene before it is solved, as a matplotlib figure without pyplot's state; a notebook shows it.
+    """Draw a scene before it is solved, as a matplotlib figure that needs no pyplot.
 
-    Blocks, supports, loads, and the joints found; where blocks nearly touch, or meet corner on corner, which
-    is no joint; below them what looks unintended. Nothing is solved, and the scene need not stand.
-
-    Raises CaseError if the case file or scene is wrong, though blocks that touch nothing are drawn all the
-    same; OptionError if the file's name has another ending, the file cannot be written or replaced, or the
-    view is none, or of a scene in the plane; OSError if the file cannot be written.
+    The picture shows blocks, supports, loads and joints. It marks small gaps and corners that touch, which
+    are no joints. Notes below it list what looks unintended. The scene is not solved and may be unstable.
 
     Parameters
     ----------
-    scene: a scene, or the path of a case file.
-    path: file to write the picture to, whole or not at all (.png, .svg or .pdf).
-    names: whether to write each block's name into it.
-    force: whether to replace a file that was not written here.
-    view: of solids, azimuth and elevation of the eye in degrees; as :meth:`Result.plot` has it.
+    scene: A scene, or the path of a case file.
+    path: File to which the picture is written, whole or not at all (.png, .svg or .pdf).
+    names: If True, each block shows its name.
+    force: If True, a file that masonry_opt did not write is replaced.
+    view: Azimuth and elevation of the eye in degrees, for a scene in space; see :meth:`Result.plot`.
+
+    Raises
+    ------
+    CaseError
+        If the case file or scene is wrong. Blocks that touch nothing are drawn, with a note.
+    OptionError
+        If the file name has another ending, if the file cannot be written or replaced, if the view is
+        invalid, or if the scene with a view is in the plane.
+    OSError
+        If writing the file fails.
     """
     if path is not None:
         figure.refuse_picture(path, force)
@@ -66,13 +75,13 @@ def draw(
 
 
 def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | None = None) -> Picture:
-    """Draw what was assembled of a scene; see :func:`draw`."""
+    """Draw an assembled scene; see :func:`draw`."""
     notes = tuple(f"warning: {sentence}" for sentence in doubts(assembly))
     return elements_picture(scene_elements(assembly), "scene", names, view, notes)
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
-    """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
+    """Yield sentences on blocks that touch nothing, which analyses refuse, and the scene's warnings."""
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second
@@ -94,7 +103,7 @@ def result_picture(
 
 
 def draw_mechanism(result: Outcome, axes: Axes) -> list[Handle]:
-    """Draw a mechanism in the plane, without loads, on given axes; what a legend shows of it."""
+    """Draw a mechanism in the plane, without loads, on existing axes, and return its legend samples."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]
     _frame(axes, elements, marks, START)
@@ -109,7 +118,10 @@ def elements_picture(
     view: ViewAngles | None = None,
     notes: tuple[str, ...] = (),
 ) -> Picture:
-    """Draw one of the layers of elements, "scene" or a kind of result; see :func:`draw`."""
+    """Draw one layer of elements: "scene" for an unsolved scene, or one of ``KINDS`` for a result.
+
+    Parameters and exceptions are those of :func:`draw`. ``notes`` are sentences below the picture.
+    """
     marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
     with figure.style():
         made = Picture()
@@ -120,7 +132,7 @@ def elements_picture(
             solids.draw(names)
             notes = (solids.note, *notes)
         else:
-            # The size first: names are fitted into what is drawn.
+            # Set the size of the axes first: the font size of names depends on it.
             _frame(axes, elements, marks, share)
             figure.fit(made, axes)
             _draw(axes, elements, marks, share)
@@ -129,9 +141,9 @@ def elements_picture(
         figure.entitle(axes, elements.title, elements.heading)
         colours = None
         if kind in ("thrust", "utilisation") and not marks:
-            said = "no forces were found to draw"
-            middle = axes.text(0.5, 0.5, said, transform=axes.transAxes, zorder=8)
-            middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
+            message = "no forces were found to draw"
+            written = axes.text(0.5, 0.5, message, transform=axes.transAxes, zorder=8)
+            written.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
         elif kind == "utilisation":
             colours = ScalarMappable(cmap=ListedColormap(UTILISATION)), utilisation_label(elements.assembly)
         figure.finish(made, axes, figure.handles(marks), notes, colours)
@@ -139,22 +151,24 @@ def elements_picture(
 
 
 def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Axes round what is shown, in equal scales."""
+    """Set the limits of the axes to the drawn area, with equal scales."""
     box = elements.box(marks, share) + elements.assembly.geometry.origin
     axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
     axes.set(xlabel="x, y in the length unit of the case", ylabel="y")
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Draw supports, blocks at rest and moved, and marks."""
+    """Draw supports, outlines at rest, blocks after a share of the full motion, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:
-        """Outlines of blocks, those of their holes among them."""
-        turned = [[moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks]
-        return [Path.make_compound_path(*(Path(ring, closed=True) for ring in each)) for each in turned]
+        """Return the outlines of blocks and of their holes after a share of the full motion."""
+        moved_rings = [
+            [moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks
+        ]
+        return [Path.make_compound_path(*(Path(ring, closed=True) for ring in each)) for each in moved_rings]
 
     axes.add_collection(PathCollection(paths(supports, share), **figure.SUPPORT_LOOK))
     if elements.movement and share:
@@ -167,15 +181,15 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
-    """Write each block's name into it, as large as fits; the axes' size must be set."""
+    """Write each block's name into the block, as large as fits. The axes' size must be set before."""
     assembly, blocks = elements.assembly, elements.assembly.scene.blocks
     origin = assembly.geometry.origin
-    seen = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
+    visible_area = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
     points_per_unit = figure.points_in_unit(axes)
     least = _LEAST_NAME if len(blocks) <= _MANY else _TINY_NAME
     for number, (block, polygon) in enumerate(zip(blocks, assembly.geometry.polygons, strict=True)):
         if block.fixed:
-            polygon = shapely.intersection(polygon, seen)
+            polygon = shapely.intersection(polygon, visible_area)
             if polygon.is_empty:
                 continue
         west, south, east, north = polygon.bounds
@@ -185,6 +199,6 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
-        # Just above the middle, from where arrows of loads start.
+        # Names are just above the middle, from which arrows of loads start.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

@@ -1,4 +1,4 @@
-"""Solids as they are drawn: surfaces, what a raster of depths shows of them, and that by matplotlib."""
+"""Pictures of solids: their surfaces, a raster of depths that finds visible parts, and the drawing."""
 
 import math
 from dataclasses import dataclass, replace
@@ -24,47 +24,54 @@ from masonry_opt.scene.solids import coordinates
 from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 
-ViewAngles = tuple[float, float]  #: Azimuth and elevation, in degrees.
+ViewAngles = tuple[float, float]  #: Azimuth and elevation of the eye, in degrees.
 
-_BEYOND = 0.2  #: How far supports are shown beyond the movable blocks, over the size of the scene.
-_HATCH = 0.03  #: Distance of the lines that hatch them, over that.
-_ROUNDING = 1e-9  #: Share of the scene's size that is rounding.
+#: Distance from the movable blocks beyond which supports are cut off, relative to the size of the scene.
+_BEYOND = 0.2
+_HATCH = 0.03  #: Distance of the lines that hatch supports, relative to the size of the scene.
+_ROUNDING = 1e-9  #: Distance below which points coincide, relative to the size of the scene.
 
-#: Where no view is asked for: elevation, and azimuths among which the best is taken, the usual ones first.
-_ELEVATION, _AZIMUTHS = 22.0, (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
+_ELEVATION = 22.0  #: Elevation of the default view, in degrees.
+#: Azimuths of possible default views, in degrees, in order of preference if several are equally good.
+_AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-_TOWARDS = 0.25  #: How much it counts that a mechanism comes towards the eye, against widths seen.
-_SHORT = 3.0  #: Visible pieces of lines shorter than so many pixels, beside hidden ones, are chance.
-_DEPTH = 2e-3  #: Nothing is hidden by what lies less than this share of the picture before it.
+#: Weight of a mechanism's motion towards the eye, relative to the visible width, in the choice of a view.
+_TOWARDS = 0.25
+#: Length in pixels below which a visible piece of a partly hidden line is an artefact of the raster.
+_SHORT = 3.0
+#: Difference in depth below which nearer points do not hide a point, relative to the picture's longer side.
+_DEPTH = 2e-3
 
-_PIXELS = 1400  #: Pixels along the longer side of the image of faces.
-_LIGHT = np.array([-0.35, 0.55, 0.75])  #: Where light comes from, in the picture's axes.
-_SHADE = 0.68  #: Share of it that reaches faces turned away.
-_PALE = 0.55  #: How far faces are turned to white where joints show something else than their motion.
-_MARGIN = 0.03  #: Free round what is shown, over the longer side.
-_AXES = 0.1  #: Length of the axes shown, at most, over the longer side.
-_LETTERS = 1.4  #: How far their letters are, over that.
-_LEAST_NAME = 2.0  #: Smallest size of the letters of block names, in points.
+#: Number of pixels along the longer side of the raster. If larger, edges of faces are sharper.
+_PIXELS = 1400
+_LIGHT = np.array([-0.35, 0.55, 0.75])  #: Direction towards the light, in the picture's axes.
+_SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to full light.
+#: Share by which faces are mixed with white in pictures of blocks at rest.
+_PALE = 0.55
+_MARGIN = 0.03  #: Free space round the drawn elements, relative to the longer side of their box.
+_AXES = 0.1  #: Largest length of the coordinate axes, relative to the longer side of the drawn elements.
+_LETTERS = 1.4  #: Distance of the letters of the coordinate axes, relative to the length of the axes.
+_LEAST_NAME = 2.0  #: Smallest font size of block names, in points. Names that do not fit are left out.
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Faces of all blocks. Points are relative to the geometry's origin."""
+    """Faces, edges and hatching of all blocks. Points are relative to the geometry's origin."""
 
-    triangles: np.ndarray  #: counter-clockwise seen from outside, shape (triangles, 3, 3)
-    of_triangle: np.ndarray  #: their blocks
-    edges: np.ndarray  #: shape (edges, 2, 3)
-    of_edge: np.ndarray  #: their blocks
+    triangles: np.ndarray  #: corners, counter-clockwise seen from outside, shape (triangles, 3, 3)
+    of_triangle: np.ndarray  #: block of each triangle
+    edges: np.ndarray  #: ends of edges, shape (edges, 2, 3)
+    of_edge: np.ndarray  #: block of each edge
     hatching: np.ndarray  #: lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles and edges after motions of the blocks, shape (blocks, 6)."""
+        """Return triangles and edges after motions of the blocks, shape (blocks, 6)."""
         triangles = moved(self.triangles, motion[self.of_triangle][:, None])
         return triangles, moved(self.edges, motion[self.of_edge][:, None])
 
 
 def surface(elements: Elements) -> Surface:
-    """The faces of the scene's blocks, of supports cut off where they reach far beyond movable ones."""
+    """Return the surface of the scene's blocks. Supports are cut off far from the movable blocks."""
     assembly, shapes, size = elements.assembly, elements.assembly.geometry, size_of(elements.assembly)
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
@@ -74,32 +81,32 @@ def surface(elements: Elements) -> Surface:
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
     edges, rounding = np.stack([start, end], axis=1), _ROUNDING * size
-    # Each edge once, without those that a cut made.
+    # Keep each edge once, and drop the edges that lie in the planes of cuts.
     ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
-    _, once = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
+    _, unique = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
     on_side = [np.abs(edges - side).max(axis=1).min(axis=1) < rounding for side in (low, high)]
-    once = once[~(np.isin(faces.block[face], cut) & np.logical_or(*on_side))[once]]
+    unique = unique[~(np.isin(faces.block[face], cut) & np.logical_or(*on_side))[unique]]
     triangles, of_face = _triangles(faces)
     support = faces.where(~np.isin(faces.block, assembly.movable))
     return Surface(
         triangles=triangles,
         of_triangle=faces.block[of_face],
-        edges=edges[once],
-        of_edge=faces.block[face][once],
+        edges=edges[unique],
+        of_edge=faces.block[face][unique],
         hatching=_hatching(support, _HATCH * size),
     )
 
 
 def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles of the faces, shape (triangles, 3, 3), and the face of each."""
-    found = shapely.constrained_delaunay_triangles(faces.polygon)
-    flat, face = shapely.get_parts(found, return_index=True)
+    """Return triangles that cover the faces, shape (triangles, 3, 3), and the face of each triangle."""
+    collections = shapely.constrained_delaunay_triangles(faces.polygon)
+    flat, face = shapely.get_parts(collections, return_index=True)
     points, number = shapely.get_coordinates(shapely.orient_polygons(flat), return_index=True)
     return faces.frame.up(points, face[number]).reshape(-1, 4, 3)[:, :3], face
 
 
 def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
-    """Lines at 45° to the first axis of each face."""
+    """Return lines at 45° to the first axis of each face, shape (lines, 2, 3)."""
     lines = [np.empty((0, 2, 3))]
     for number, polygon in enumerate(faces.polygon):
         flat = shapely.get_coordinates(hatching(polygon, shapely.bounds(polygon), step))
@@ -108,29 +115,35 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
 
 
 def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
-    """All faces, those of blocks to cut by a box, and what the box's sides cut."""
+    """Return all faces after the blocks ``cut`` are intersected with a box from ``low`` to ``high``.
+
+    The result includes the new faces of these blocks in the sides of the box.
+    """
     faces, parts = shapes.faces, shapes.parts
     if not len(cut):
         return faces
     normal, offset = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low])
     sides = Frames.of(normal * offset[:, None], normal, np.roll(normal, 1, axis=1))
     box = np.array([*product(*zip(low, high, strict=True))])
-    chosen = np.isin(faces.block, cut)
-    own = faces.where(chosen)
-    inside = [_section(box, own.frame, at) for at in range(len(own.block))]
-    own = replace(own, polygon=shapely.intersection(own.polygon, inside))
+    is_cut = np.isin(faces.block, cut)
+    cut_faces = faces.where(is_cut)
+    inside = [_section(box, cut_faces.frame, at) for at in range(len(cut_faces.block))]
+    cut_faces = replace(cut_faces, polygon=shapely.intersection(cut_faces.polygon, inside))
     part, side = np.divmod(np.arange(6 * len(parts.block)), 6)
-    part, side = (of[np.isin(parts.block[part], cut)] for of in (part, side))
+    part, side = (values[np.isin(parts.block[part], cut)] for values in (part, side))
     hulls = [parts.points[parts.of_point == one] for one in part]
-    of_parts = [_section(hull, sides, at) for hull, at in zip(hulls, side, strict=True)]
-    sections = shapely.intersection(of_parts, [_section(box, sides, at) for at in side])
-    cuts = OuterFaces(parts.block[part], sides.where(side), sections)
-    every = faces.where(~chosen).then(own, cuts)
-    return every.where(shapely.area(every.polygon) > 0)
+    part_sections = [_section(hull, sides, at) for hull, at in zip(hulls, side, strict=True)]
+    sections = shapely.intersection(part_sections, [_section(box, sides, at) for at in side])
+    new_faces = OuterFaces(parts.block[part], sides.where(side), sections)
+    all_faces = faces.where(~is_cut).then(cut_faces, new_faces)
+    return all_faces.where(shapely.area(all_faces.polygon) > 0)
 
 
 def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
-    """What a plane cuts of the convex hull of corners, in the plane's frame."""
+    """Return the section of the convex hull of corners with a plane, in the plane's frame.
+
+    ``at`` is the index of the plane in ``frames``.
+    """
     height = frames.above(corners, np.full(len(corners), at))[:, None]
     over = (height >= 0).ravel()
     share = height[over] / (height[over] - height[~over].T)
@@ -140,22 +153,22 @@ def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
 
 
 def refuse_view(scene: Scene, view: object) -> None:
-    """Raise OptionError if a view is none, or one of a scene in the plane."""
+    """Raise OptionError if a view is invalid, or if a scene in the plane has a view."""
     if view is None:
         return
     if scene.dimension == 2:
         raise OptionError(f"{scene.origin}: the plane is seen from the front: leave 'view' to solids")
-    given = view if isinstance(view, list | tuple) else ()
-    numbers = all(isinstance(angle, int | float) and not isinstance(angle, bool) for angle in given)
-    angles = coordinates(given, 2)
-    if not numbers or angles is None or abs(angles[1]) > 90:
+    values = view if isinstance(view, list | tuple) else ()
+    are_numbers = all(isinstance(angle, int | float) and not isinstance(angle, bool) for angle in values)
+    angles = coordinates(values, 2)
+    if not are_numbers or angles is None or abs(angles[1]) > 90:
         raise OptionError(
             f"a view is azimuth and elevation in degrees, as (-60, 22), the latter up to ±90 (found {view!r})"
         )
 
 
 def axes_of(view: ViewAngles) -> np.ndarray:
-    """Directions in which a picture's right, its upper side and the eye lie, shape (3, 3): rows."""
+    """Return unit vectors to the right, upwards and towards the eye in a picture: the rows, shape (3, 3)."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
     right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])
@@ -163,32 +176,37 @@ def axes_of(view: ViewAngles) -> np.ndarray:
 
 
 def best_view(elements: Elements) -> ViewAngles:
-    """The view that shows the scene's wider side, and its mechanism coming nearer."""
+    """Return the view that shows the scene's wider side and a mechanism that moves towards the eye."""
     low, high = movable_box(elements.assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
     motion, centroid = elements.motion, elements.assembly.geometry.centroid
-    moves = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)
-    comes = moves / (np.linalg.norm(moves) or 1.0)
+    total = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)
+    direction = total / (np.linalg.norm(total) or 1.0)
 
-    def shows(azimuth: float) -> float:
+    def quality(azimuth: float) -> float:
+        """Return the visible width plus the weighted motion towards the eye."""
         right, _, towards = axes_of((azimuth, 0.0))
-        return float(np.abs(right[:2]) @ wide + _TOWARDS * comes @ towards)
+        return float(np.abs(right[:2]) @ wide + _TOWARDS * direction @ towards)
 
-    return max(_AZIMUTHS, key=lambda azimuth: round(shows(azimuth), 9)), _ELEVATION
+    return max(_AZIMUTHS, key=lambda azimuth: round(quality(azimuth), 9)), _ELEVATION
 
 
 @dataclass(frozen=True)
 class Raster:
-    """Nearest triangle at each pixel of a picture."""
+    """Depth and number of the nearest triangle at each pixel of a picture (a depth buffer)."""
 
-    corner: np.ndarray  #: the picture's lower left one
-    pixel: float  #: the side of one
-    #: Of the nearest triangle towards the eye, ``-inf`` without one, shape (rows, columns), the lowest first.
+    corner: np.ndarray  #: lower left corner of the picture, shape (2,)
+    pixel: float  #: side length of a pixel
+    #: Coordinate towards the eye of the nearest triangle, ``-inf`` for pixels without a triangle. Its
+    #: shape is (rows, columns), with the lowest row first.
     depth: np.ndarray
-    triangle: np.ndarray  #: its number, -1 where there is none
+    triangle: np.ndarray  #: number of the nearest triangle, -1 for pixels without a triangle
 
     def visible(self, lines: np.ndarray) -> np.ndarray:
-        """Pieces that are seen of lines, shape (lines, 2, 3) each in the picture's axes."""
+        """Return the visible pieces of lines, shape (pieces, 2, 3).
+
+        Lines, shape (lines, 2, 3), and pieces are in the picture's axes.
+        """
         run = lines[:, 1] - lines[:, 0]
         count = np.ceil(np.hypot(run[:, 0], run[:, 1]) / self.pixel).astype(int) + 2
         line = np.repeat(np.arange(len(lines)), count)
@@ -204,9 +222,9 @@ class Raster:
         return pieces[(first[starts] & last[ends]) | (length >= _SHORT)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """Whether points, shape (points, 3) in the picture's axes, are not hidden."""
+        """Return True for points that are visible; points have shape (points, 3), in the picture's axes."""
         rows, columns = self.depth.shape
-        # Against the farthest depth of the pixels around: an edge lies between two faces.
+        # Points are compared with the farthest of the pixels around, since an edge lies between two faces.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T
@@ -215,8 +233,11 @@ class Raster:
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
-    """The nearest of triangles that face the eye, shape (triangles, 3, 3) in the axes of a picture from lower
-    left to upper right, shape (2, 2), with so many pixels along its longer side."""
+    """Return the raster of the triangles that face the eye.
+
+    Triangles have shape (triangles, 3, 3), in the picture's axes. ``box`` is the lower left and upper right
+    corner of the picture, shape (2, 2). ``pixels`` is the number of pixels along its longer side.
+    """
     width, height = box[1] - box[0]
     pixel = max(width, height) / pixels
     depth = np.full((math.ceil(height / pixel), math.ceil(width / pixel)), -np.inf)
@@ -232,20 +253,21 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
         one = (x * by[each] - y * bx[each]) / twice[each]
         two = (y * ax[each] - x * ay[each]) / twice[each]
         first, second, third = triangles[each, :, 2]
-        found = first + one * (second - first) + two * (third - first)
+        height = first + one * (second - first) + two * (third - first)
         window, slack = np.s_[y0:y1, x0:x1], -1e-6
-        nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (found > depth[window])
-        depth[window][nearer] = found[nearer]
+        nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (height > depth[window])
+        depth[window][nearer] = height[nearer]
         number[window][nearer] = each
     return Raster(box[0].copy(), float(pixel), depth, number)
 
 
 class Solids:
-    """Elements in space, with some of their marks, on axes of matplotlib after a share of the full motion."""
+    """Drawing of elements in space and some of their marks, after a share of the full motion."""
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
     ) -> None:
+        """Compute the raster, and set the limits of matplotlib's axes."""
         self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
         self.turned = axes_of(view)
         self.surface = surface(elements)
@@ -258,7 +280,7 @@ class Solids:
         self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
         self.raster = raster(self.triangles, self.box, _PIXELS)
         self.unit = round_below(_AXES * side)
-        # The axes stand in the lower left corner, or below it where something is drawn there.
+        # The coordinate axes are in the lower left corner, or below the picture if blocks cover this corner.
         around = 2 * _LETTERS * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
@@ -269,16 +291,20 @@ class Solids:
 
     @property
     def note(self) -> str:
-        """How large the axes are, and from where the scene is seen."""
+        """Return a sentence with the length of the coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
-        seen = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
-        return f"axes: {self.unit:g} long, in the length unit of the case; {seen}"
+        direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
+        return f"axes: {self.unit:g} long, in the length unit of the case; {direction}"
 
     def draw(self, names: bool) -> None:
-        """Draw faces, edges, marks and axes, and names on blocks that are seen; what lies behind faces is
-        left out, but what lies inside blocks. The axes' size must be set."""
-        seen = self.raster
-        (left, bottom), (high, wide) = seen.corner, seen.pixel * np.array(seen.depth.shape)
+        """Draw faces, edges, marks and coordinate axes, and names on visible blocks if ``names`` is True.
+
+        Lines and marks behind faces are left out, except for marks that are seen through blocks. The size of
+        matplotlib's axes must be set before.
+        """
+        raster_of_faces = self.raster
+        corner, pixel = raster_of_faces.corner, raster_of_faces.pixel
+        (left, bottom), (high, wide) = corner, pixel * np.array(raster_of_faces.depth.shape)
         reach = (left, left + wide, bottom, bottom + high)
         look: dict[str, Any] = {"origin": "lower", "zorder": 1, "interpolation": "antialiased"}
         self.axes.imshow(self._faces(), extent=reach, **look)
@@ -294,47 +320,50 @@ class Solids:
         for marks in self.marks:
             at = marks.moved(self.share) @ self.turned.T
             if not marks.through:
-                at = seen.visible(at) if marks.shape == "line" else at[seen.sees(at[:, 0])]
+                is_line = marks.shape == "line"
+                at = raster_of_faces.visible(at) if is_line else at[raster_of_faces.sees(at[:, 0])]
             if len(at):
                 draw_marks(self.axes, marks, at[..., :2])
         arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
         for direction, letter in zip(self.unit * self.turned.T[:, :2], "xyz", strict=True):
             self.axes.annotate("", self.foot + direction, self.foot, arrowprops=arrow)
-            beside = self.foot + _LETTERS * direction
-            self.axes.text(beside[0], beside[1], letter, ha="center", va="center", fontsize=9)
+            x, y = self.foot + _LETTERS * direction
+            self.axes.text(x, y, letter, ha="center", va="center", fontsize=9)
         if names:
             self._write_names()
 
     def _faces(self) -> np.ndarray:
-        """Colours of the pixels, shape (rows, columns, 4)."""
+        """Return the colours of the pixels as red, green, blue and opacity, shape (rows, columns, 4)."""
         sides = np.diff(self.triangles, axis=1)
         normal = np.cross(sides[:, 0], sides[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-        own = ~np.isin(self.surface.of_triangle, self.elements.supports)
-        colours = np.where(own[:, None], to_rgb(BLOCK), to_rgb(FIXED))
+        is_movable = ~np.isin(self.surface.of_triangle, self.elements.supports)
+        colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(FIXED))
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
-        # The last row, for pixels without a triangle (-1), is transparent.
+        # Index -1 of pixels without a triangle selects the last row, which is transparent.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
         return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
+        """Draw the visible pieces of lines, shape (lines, 2, 3), in the picture's axes."""
         pieces = list(self.raster.visible(lines)[..., :2])
         self.axes.add_collection(LineCollection(pieces, color=colour, linewidth=width, zorder=order))
 
     def _write_names(self) -> None:
-        seen, points_per_unit = self.raster, points_in_unit(self.axes)
-        row, column = np.nonzero(seen.triangle >= 0)
-        block_of = self.surface.of_triangle[seen.triangle[row, column]]
+        """Write the names of visible blocks, as large as fits on their visible parts."""
+        raster_of_faces, points_per_unit = self.raster, points_in_unit(self.axes)
+        row, column = np.nonzero(raster_of_faces.triangle >= 0)
+        block_of = self.surface.of_triangle[raster_of_faces.triangle[row, column]]
         for number in np.unique(block_of):
             pixels = np.column_stack([column, row])[block_of == number]
-            # The pixel nearest to the middle of those seen lies on the block.
+            # The middle of the visible pixels may lie off the block, so the nearest of these pixels is used.
             middle = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
-            wide, high = np.ptp(pixels, axis=0) * seen.pixel * points_per_unit
+            wide, high = np.ptp(pixels, axis=0) * raster_of_faces.pixel * points_per_unit
             name = self.elements.assembly.scene.blocks[number].name
             letters = min(letters_in(name, 0.8 * wide), 0.4 * high)
             if letters >= _LEAST_NAME:
-                at = seen.corner + (middle + 0.5) * seen.pixel
+                at = raster_of_faces.corner + (middle + 0.5) * raster_of_faces.pixel
                 write_name(self.axes, name, at, letters, 0.2, va="center")

@@ -1,1 +1,1 @@
-"""Programs of a scene as files for other solvers."""
+"""Files for other programs: optimisation programs for other solvers, and solids with their mechanism."""

@@ -1,4 +1,8 @@
-"""``export``: the program that a method declares as a file for other solvers, through Pyomo's writers."""
+"""Function ``export``: the optimisation program of a method as a file for other solvers.
+
+The files are written by Pyomo: linear programs as LP or MPS, all programs as AMPL NL. Solids are written by
+:mod:`.solid_files`.
+"""
 
 import io
 import re
@@ -34,33 +38,41 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.words.sentences import by_sides
 
-#: ε of the products z p ≤ ε that are written for complementarity: far above what solvers take for feasible,
-#: and far below a load factor.
+#: Limit ε of the products z p ≤ ε that replace complementarity. It must be larger than the feasibility
+#: tolerance of solvers, and small compared with a load factor.
 EPSILON = 1e-6
 
-#: A declared program, and what is to be said of it, a line each.
+#: Declared program, and comments on it, one line each.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
+    """Return the program of associative limit analysis: eq. (9), or eq. (10)."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
+    """Return the mixed complementarity problem, which has no objective."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
     return model.program, ["no objective: every state of collapse"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
+    """Return the program with equilibrium constraints, complementarity relaxed to products z p ≤ ε."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
-    said = f"complementarity as products of slack and rate, each at most {EPSILON:g}"
-    return model.program, [_objective("load_factor", assembly.problem), said]
+    comment = f"complementarity as products of slack and rate, each at most {EPSILON:g}"
+    return model.program, [_objective("load_factor", assembly.problem), comment]
 
 
 def _global(assembly: Assembly) -> Declared:
+    """Return the mixed-integer program of the least load factor, with a binary variable for each face.
+
+    Its bounds of forces and rates are computed first. Raises NoLoadFactorError if the associative load
+    factor is negative.
+    """
     problem = assembly.problem
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
@@ -69,32 +81,34 @@ def _global(assembly: Assembly) -> Declared:
             f"above {associative:g}: turn the live load round"
         )
     highest = a_little_above(associative)
-    known = solve(assembly.scene, "refined").solution.d
-    of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
-    rates = "follows from kinematics" if of.rates_derived else "is assumed"
-    forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
-    # Where a face rocks its opening is twice its rate: half the limit.
-    most_rates = np.full(problem.faces, of.rates)
+    known = solve(assembly.scene).solution.d
+    bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
+    rates = "follows from kinematics" if bounds.rates_derived else "is assumed"
+    forces = "follow from statics" if bounds.forces_derived else "are assumed where statics set none"
+    # The opening of a rocking face is twice its rate, so that the limit of the rate is halved.
+    most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
-    # Slacks are at most 2 (c + μ n̂) of sliding, 2 n̂ of rocking.
-    most_slack = 2 * of.normal[problem.face_joint]
-    limits = ShearLimits.true(problem).at(of.normal[problem.sliding])
+    # The slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for rocking, with the limit n̂ of normal forces.
+    most_slack = 2 * bounds.normal[problem.face_joint]
+    limits = ShearLimits.true(problem).at(bounds.normal[problem.sliding])
     most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
-        f"the sum of slips and edge openings is at most {of.rates:.9g}, which {rates}",
+        f"the sum of slips and edge openings is at most {bounds.rates:.9g}, which {rates}",
         f"limits of forces {forces}",
     ]
 
 
 def _objective(words: str, problem: Problem) -> str:
-    of = "live forces and moments, by their sizes" if problem.layout.round else "the live load's components"
-    return f"objective: {words} times {problem.live_norm!r}, the sum of {of}"
+    """Return the comment on the objective, which is scaled by the live load."""
+    by_size = problem.layout.round
+    terms = "live forces and moments, by their sizes" if by_size else "the live load's components"
+    return f"objective: {words} times {problem.live_norm!r}, the sum of {terms}"
 
 
-#: By method, what declares its program.
+#: Functions that declare the program of a method.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
     "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism; at its least: load_factor"),
@@ -103,31 +117,35 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Parts of a complementary pair, as Pyomo's transformations name them: the slack, the row that defines it,
-#: its product with the rate, and the row paired with the rate.
+#: Names of the parts of a complementary pair, by the names of Pyomo's transformations: the slack, the row
+#: that defines the slack, the product of slack and rate, and the row paired with the rate.
 _PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: What LP files of some solver do not take in names, beside what names here are made of.
-_ILLEGAL = r"[^A-Za-z0-9_.]"
-_LONGEST = 200  #: LP and MPS files have names of at most 255 characters, kinds among them.
-#: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
+_ILLEGAL = r"[^A-Za-z0-9_.]"  #: Characters that some solver does not accept in the names of an LP file.
+#: Largest number of characters of a label: names in LP and MPS files have at most 255, with their kind.
+_LONGEST_LABEL = 200
+#: Kinds of variables ("q") and rows ("compatibility") of a joint, by dimension.
 _OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
     3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
 }
+#: Kinds of variables ("d") and rows ("equilibrium") of a block, by dimension.
 _OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
     3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
 }
-_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
-#: What a limited force is called among the joints' of a component; kinds of what there is one of a face.
-_OF_LIMITED = {"q": "T", "compatibility": "length"}
+_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}  #: Kinds of the faces of a joint that rock, by dimension.
+_OF_LIMITED = {"q": "T", "compatibility": "length"}  #: Kinds of the variable and the row of a limited force.
+#: Kinds of the variables and rows of a face, by component of the program.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-_SINGLE = ("load_factor", "live_work", "raising", "objective")  #: What there is one of.
+_SINGLE = ("load_factor", "live_work", "raising", "objective")  #: Components that are single.
 
 
 def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
-    """How joints (in space contact points), movable blocks and limited forces are written in names after the
-    kind, in the order of a result's frames: ``[A|ground]``, or legal in LP files: ``{A|ground}``."""
+    """Return the labels of joints (in space contact points), movable blocks and limited forces.
+
+    A label follows the kind in a name: ``[A|ground]``, or in the form ``{A|ground}`` that is legal in LP
+    files. The order is that of the tables of a result.
+    """
 
     def written(name: str) -> str:
         return re.sub(_ILLEGAL, "_", name) if legal else name
@@ -139,38 +157,40 @@ def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
         (names[block] for block in assembly.movable),
         (written(force.name) for force in assembly.limited),
     )
-    return [[f"{{{each}}}" if legal else f"[{each}]" for each in unique(of)] for of in labels]
+    template = "{{{}}}" if legal else "[{}]"
+    return [[template.format(label) for label in unique(of_kind)] for of_kind in labels]
 
 
 def unique(labels: Iterable[str]) -> list[str]:
-    """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again."""
-    cut = [label[:_LONGEST] for label in labels]
-    taken, different = {*cut}, dict[str, None]()
+    """Return different labels: repeated ones get ``~2``, ``~3``, ... at the end. Long labels are cut."""
+    cut = [label[:_LONGEST_LABEL] for label in labels]
+    given, different = {*cut}, dict[str, None]()
     for label in cut:
-        name, times = label, 1
-        while name in different or (times > 1 and name in taken):
-            times += 1
-            name = f"{label}~{times}"
+        name, number = label, 1
+        while name in different or (number > 1 and name in given):
+            number += 1
+            name = f"{label}~{number}"
         different[name] = None
     return [*different]
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
-    """Names, all different, of variables, constraints and objective of a declared program, by identity."""
+    """Return different names of the variables, constraints and objective of a program, by ``id``."""
     dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
     faces = [*_faces(assembly.problem, joints, limited)]
-    of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
-    for name, kinds in _OF_JOINTS[dimension].items():
-        of_components[name] = [kind + label for kind in kinds for label in joints]
-        of_components[name] += [_OF_LIMITED[name] + label for label in limited]
-    for name, kinds in _OF_BLOCKS[dimension].items():
-        of_components[name] = [kind + label for label in blocks for kind in kinds]
-    of_components |= {name: [f"{kind}_{face}" for face in faces] for name, kind in _OF_FACES.items()}
-    declared = program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False)
-    named = [
-        each for one in declared for each in zip(one.values(), of_components[one.local_name], strict=True)
-    ]
-    if (pairs := program.component("complementarity")) is not None:
+    by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
+    for component, kinds in _OF_JOINTS[dimension].items():
+        by_component[component] = [kind + label for kind in kinds for label in joints]
+        by_component[component] += [_OF_LIMITED[component] + label for label in limited]
+    for component, kinds in _OF_BLOCKS[dimension].items():
+        by_component[component] = [kind + label for label in blocks for kind in kinds]
+    by_component |= {name: [f"{kind}_{face}" for face in faces] for name, kind in _OF_FACES.items()}
+    named: list[tuple[object, str]] = []
+    kinds_declared = (pyo.Var, pyo.Constraint, pyo.Objective)
+    for declared in program.component_objects(kinds_declared, descend_into=False):
+        named += zip(declared.values(), by_component[declared.local_name], strict=True)
+    pairs = program.component("complementarity")
+    if pairs is not None:
         for part, kind in _PAIR.items():
             parts = (pair.component(part) for pair in pairs.values())
             named += zip(parts, (f"{kind}_{face}" for face in faces), strict=True)
@@ -178,7 +198,7 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
 
 
 def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[str]:
-    """Names of faces, behind the kind."""
+    """Yield the names of the faces without their kind, in the order of the yield conditions."""
     senses = range(1, len(problem.layout.senses) + 1)
     slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
     motions = [motion for motion in slides for _ in problem.sliding]
@@ -192,14 +212,14 @@ def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """An LP file, as CPLEX began them."""
+    """Return the text of an LP file (CPLEX format)."""
     text = io.StringIO()
     LPWriter().write(program, text, labeler=lambda data: names[id(data)])
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
 def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """A free MPS file."""
+    """Return the text of a free MPS file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
         labelled = {"labeler": lambda data: names[id(data)]}
@@ -208,8 +228,8 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
 
 
 def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """AMPL's NL file, and the names of its rows (then the objective) and columns, one a line."""
-    # Comments have their place on the first line alone, where Pyomo writes the program's name.
+    """Return the texts of an AMPL NL file, of the names of its rows and objective, and of its columns."""
+    # An NL file has comments only on its first line, where Pyomo writes the name of the program.
     program.name = "; ".join(header)
     text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
@@ -218,15 +238,16 @@ def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) ->
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
     rows = "".join(lines(written.constraints, written.objectives))
-    # The program is written last: whoever finds it finds the files of its names too.
+    # The program is the last file to be written: if it exists, the files of names exist too.
     return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
 
 
 def _comments(mark: str, lines: list[str]) -> str:
+    """Return lines as comments, each behind a mark."""
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-#: Writers by the end of a file's name: each gives the texts of its files by their ends.
+#: Functions that return the texts of files by ending, by the ending of the main file.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
@@ -238,76 +259,97 @@ def export(
     *,
     moved: float | None = None,
 ) -> tuple[Path, ...]:
-    """Write the program that a method declares, for other solvers; or, in space, blocks, forces and motion,
-    for other programs. Returns the files written, each whole.
+    """Write the optimisation program of a method for other solvers, or solids for other programs.
 
-    Of programs rows and columns are named by kind and blocks, units are those of
-    :class:`~masonry_opt.problem.problem.Problem`, and λ is the scene's; see ``docs/solver_people.md``.
+    In the file of a program, rows and columns are named by their kind and their blocks. The units are those
+    of :class:`~masonry_opt.problem.problem.Problem`, and λ is that of the scene; see
+    ``docs/solver_people.md``.
 
-    Of solids, which are written in the case's own units, OBJ and glTF have one object a block; names of
-    supports begin with ``fixed``. COMPAS JSON is an assembly of compas_assembly: blocks at rest, joints as
+    Solids are written in the units of the case. OBJ and glTF files have one object for each block; the names
+    of supports begin with ``fixed``. COMPAS JSON is an assembly of compas_assembly: blocks at rest, joints as
     interfaces with forces at their contact points, velocities as displacements.
-
-    Raises CaseError if the case file or scene is wrong, or nothing carries a live load; OptionError if the
-    method declares no single program or does not know the scene's joints, the format cannot carry its
-    program, the file cannot be written or replaced, or solids are asked of a scene in the plane; OutputError
-    if a file cannot be written; NoLoadFactorError if "global" has no associative load factor to bound λ with.
 
     Parameters
     ----------
-    scene: A scene, or the path of a case file; of solids also a result, with its motion and forces.
-    path: Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
-        binaries) or ``.nl`` (and with products or complementary pairs). Beside a ``.nl`` the names of its
-        rows and columns are written to ``.row`` and ``.col``. Of solids: ``.obj``, ``.glb`` or ``.gltf``
+    scene: A scene, or the path of a case file; for solids also a result, with its motion and forces.
+    path: File to write; its ending is the format. Linear programs, also with binaries: ``.lp``, ``.mps`` or
+        ``.nl``. Programs with products or complementary pairs: ``.nl``. The names of the rows and columns of
+        a ``.nl`` file are written to ``.row`` and ``.col`` files. Solids: ``.obj``, ``.glb`` or ``.gltf``
         (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
-    method: Of programs: "static", eq. (9), the default, "kinematic", eq. (10), "global" (complementarity with
-        a binary for each face; its bounds are computed first, by linear programs), "mpec" (with products z p
-        ≤ 10⁻⁶), or "mcp" (with complementary pairs).
-    force: Whether to replace files that were not written here, which are known by a mark in them.
-    moved: Of a result's meshes: how far its mechanism has moved, 0 at rest, 1 as far as pages move it
-        (default: as pictures show it).
+    method: Method whose program is written: "static", eq. (9), the default; "kinematic", eq. (10); "global"
+        (complementarity with a binary for each face; its bounds are computed first, by linear programs);
+        "mpec" (with products z p ≤ 10⁻⁶); or "mcp" (with complementary pairs).
+    force: True to replace files of other programs; files of this package have a mark and are replaced.
+    moved: Share of the motion of a result by which its meshes are displaced: 0 at rest, 1 as far as pages
+        move it (default: as pictures show it).
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        The files, each written completely.
+
+    Raises
+    ------
+    CaseError
+        If the case file or the scene is wrong, or no block that can move has a live load.
+    OptionError
+        If the method has no single program or does not support the joints of the scene; if the format cannot
+        contain the program; if a file cannot be replaced; if solids of a plane scene are asked for.
+    OutputError
+        If a file cannot be written.
+    NoLoadFactorError
+        If there is no associative load factor that bounds λ of the program of "global".
     """
     if not isinstance(path, str | Path):
         raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
     path = Path(path)
-    if (end := path.suffix.lower()) in SOLID_ENDS:
+    ending = path.suffix.lower()
+    if ending in SOLID_ENDS:
         if method is not None:
             raise OptionError(f"{path}: 'method' goes with programs: give the result of one for its motion")
         refuse_unwritable(path, force)
-        what = scene if isinstance(scene, Result) else as_scene(scene)
-        write_file(path, solid_file(what, end, moved), OutputError)
+        solids = scene if isinstance(scene, Result) else as_scene(scene)
+        write_file(path, solid_file(solids, ending, moved), OutputError)
         return (path,)
     if moved is not None:
         raise OptionError(f"{path}: 'moved' goes with meshes: {', '.join(SOLID_ENDS[1:])}")
     method = method or "static"
-    if method not in _EXPORTS:
-        why = "solves a series of programs" if method in METHODS else "is unknown"
-        raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
-    # Products of variables, and complementary pairs, only .nl files carry.
-    ends = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
-    if end not in ends:
-        others = f"{end} carries linear programs" if end in _WRITERS else f"solids to {', '.join(SOLID_ENDS)}"
-        named = f"is written to a file whose name ends in {', '.join(ends)} ({others})"
-        raise OptionError(f"{path}: a program of method '{method}' {named}")
-    refuse_unwritable(path, force)
-    for beside in (".row", ".col") if end == ".nl" else ():
-        refuse_unwritable(path.with_suffix(beside), force)
+    _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Where dilatancy falls with stress a method may ask the loop: programs of flow have a constant one.
-    known = METHODS[method]
-    refuses = known.refuses if known.associative else known.refuses | {"dilatancy"}
-    refuse_unsuited(replace(known, refuses=refuses), assembly)
-    program, said = _EXPORTS[method](assembly)
+    # Some methods treat dilatancy that depends on stress by the loop; a single program has a constant one.
+    entry = METHODS["coulomb" if method == "mcp" else method]
+    refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
+    refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
+    program, comments = _EXPORTS[method](assembly)
     program.name = method
-    names = names_in(program, assembly, legal=end != ".nl")
-    files = _WRITERS[end](program, names, [*_header(method, assembly), *said])
-    paths = {of: path.with_suffix(path.suffix if of == end else of) for of in files}
-    write_together({paths[of]: text for of, text in files.items()})
+    names = names_in(program, assembly, legal=ending != ".nl")
+    texts = _WRITERS[ending](program, names, [*_header(method, assembly), *comments])
+    paths = {end: path.with_suffix(path.suffix if end == ending else end) for end in texts}
+    write_together({paths[end]: text for end, text in texts.items()})
     return tuple(reversed(paths.values()))
 
 
+def _refuse_program(path: Path, method: str, force: bool) -> None:
+    """Raise OptionError if a method has no program, or its program cannot be written to a file."""
+    ending = path.suffix.lower()
+    if method not in _EXPORTS:
+        why = "solves a series of programs" if method in METHODS else "is unknown"
+        raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
+    # Only .nl files can contain products of variables and complementary pairs.
+    endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
+    if ending not in endings:
+        is_program = ending in _WRITERS
+        others = f"{ending} carries linear programs" if is_program else f"solids to {', '.join(SOLID_ENDS)}"
+        named = f"is written to a file whose name ends in {', '.join(endings)} ({others})"
+        raise OptionError(f"{path}: a program of method '{method}' {named}")
+    refuse_unwritable(path, force)
+    if ending == ".nl":
+        for names in (".row", ".col"):
+            refuse_unwritable(path.with_suffix(names), force)
+
+
 def _header(method: str, assembly: Assembly) -> list[str]:
-    """What every program says of itself, in ASCII."""
+    """Return the first comments of a program: method, case, sizes and units, in ASCII."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     points = f", contact points: {problem.joints}" if problem.layout.round else ""

@@ -1,4 +1,4 @@
-"""Solids, their mechanism and forces as files for other programs: OBJ, glTF, COMPAS JSON."""
+"""Files of solids for other programs: OBJ and glTF with a mechanism, COMPAS JSON with forces."""
 
 import json
 import math
@@ -21,18 +21,27 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
-SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Ends of names of files of solids.
-_SUPPORT = "fixed"  #: Supports are known in meshes by how their names begin.
-#: Name of a block, whether it is fixed, its corners, and faces as their indices, looking outwards.
+SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Endings of the names of files of solids.
+_SUPPORT = "fixed"  #: Prefix of the names of supports in meshes.
+#: Name of a block, True if it is fixed, its corners, and its faces: indices of corners, normals outwards.
 _Body = tuple[str, bool, np.ndarray, list[list[int]]]
-#: Turns z upwards into y upwards, as glTF has it.
+#: Rotation from the z axis upwards to the y axis upwards, the convention of glTF.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
-def solid_file(what: Scene | Result, end: str, share: float | None) -> str | bytes:
-    """The content of a file of solids with this end of its name, meshes moved by a share of the full motion.
-    Raises OptionError if the scene has no solids, the share is wrong, or trimesh is missing."""
-    result, scene = (what, what.assembly.scene) if isinstance(what, Result) else (None, what)
+def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | bytes:
+    """Return the content of a file of solids.
+
+    Raises OptionError if the scene has no solids, the share is wrong, or trimesh is missing.
+
+    Parameters
+    ----------
+    solids: A scene, or a result with its motion and forces.
+    end: Ending of the file's name, one of SOLID_ENDS.
+    share: Share of the full motion by which meshes are displaced; None for the share of pictures.
+    """
+    result = solids if isinstance(solids, Result) else None
+    scene = solids.assembly.scene if isinstance(solids, Result) else solids
     if scene.dimension == 2:
         raise OptionError(f"{scene.origin}: files of solids are of scenes in space: see masonry_opt.extrude")
     if end == ".json":
@@ -54,18 +63,19 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
-    """Blocks moved by motions about an origin, names of supports as such."""
+    """Return the blocks displaced by motions about an origin, shape (blocks, 6), supports marked by name."""
     bodies = []
-    for block, own in zip(scene.in_space(), motion, strict=True):
-        support = block.fixed and not block.name.startswith(_SUPPORT)
+    for block, block_motion in zip(scene.in_space(), motion, strict=True):
+        needs_prefix = block.fixed and not block.name.startswith(_SUPPORT)
+        name = f"{_SUPPORT} {block.name}" if needs_prefix else block.name
         corners, faces = _joined(block.polyhedra)
-        at = moved(corners - origin, own) + origin
-        bodies.append((f"{_SUPPORT} {block.name}" if support else block.name, block.fixed, at, faces))
+        displaced = moved(corners - origin, block_motion) + origin
+        bodies.append((name, block.fixed, displaced, faces))
     return bodies
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Corners and faces of all parts, each a closed surface whose faces look outwards."""
+    """Return corners and faces of all parts; each part is a closed surface with normals outwards."""
     corners: list[np.ndarray] = []
     faces: list[list[int]] = []
     for part in parts:
@@ -76,6 +86,7 @@ def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _obj(bodies: list[_Body]) -> str:
+    """Return the text of a Wavefront OBJ file."""
     lines, first = [f"# {MARK}"], 1
     for name, _, corners, faces in bodies:
         lines.append(f"o {name}")
@@ -86,12 +97,13 @@ def _obj(bodies: list[_Body]) -> str:
 
 
 def _gltf(bodies: list[_Body], end: str) -> str | bytes:
+    """Return the content of a glTF file: binary (.glb), or text (.gltf) with embedded buffers."""
     trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
-        # Faces of convex parts are convex.
-        fans = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
-        mesh = trimesh.Trimesh(corners, fans, process=False)
+        # The faces are convex, so that a fan of triangles from the first corner covers each of them.
+        triangles = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
+        mesh = trimesh.Trimesh(corners, triangles, process=False)
         colour = trimesh.visual.color.hex_to_rgba(FIXED if fixed else BLOCK)
         look = {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 1.0}
         material = trimesh.visual.material.PBRMaterial(**look)
@@ -105,18 +117,21 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """An assembly of compas_assembly: blocks by their names, joints as interfaces of two blocks, and of a
-    result forces on the first block at each contact point (c_np - c_nn along the interface's z axis, which
-    points into that block, c_u and c_v along the others), and velocities as displacements."""
-    displaced = np.zeros((len(assembly.scene.blocks), 6))
+    """Return the JSON of a compas_assembly Assembly: blocks by name, joints as interfaces of two blocks.
+
+    With a result the interfaces have the forces on the first block at each contact point, and velocities are
+    displacements. ``c_np - c_nn`` is the force along the z axis of the interface, which points into the first
+    block; ``c_u`` and ``c_v`` are the forces along the other axes.
+    """
+    velocities = np.zeros((len(assembly.scene.blocks), 6))
     attributes: dict[str, Any] = {"name": assembly.scene.title or Path(assembly.scene.origin).stem}
     if result:
         rates = result.blocks[["vx", "vy", "vz", "wx", "wy", "wz"]].to_numpy()
-        displaced[assembly.movable] = np.nan_to_num(rates)
-        told = {"load_factor": result.load_factor, "status": str(result.status), "method": result.method}
-        attributes |= told
+        velocities[assembly.movable] = np.nan_to_num(rates)
+        attributes["load_factor"] = result.load_factor
+        attributes |= {"status": str(result.status), "method": result.method}
     node = {}
-    for block, motion in zip(assembly.scene.in_space(), displaced.tolist(), strict=True):
+    for block, motion in zip(assembly.scene.in_space(), velocities.tolist(), strict=True):
         mesh = _object("compas_assembly.datastructures/Block", _mesh(block))
         node[repr(block.name)] = {"block": mesh, "is_support": block.fixed, "displacement": motion}
     edge: dict[str, dict[str, Any]] = {name: {} for name in node}
@@ -127,15 +142,17 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
     graph: dict[str, Any] = {"attributes": {}, "default_node_attributes": at_rest}
     graph |= {"default_edge_attributes": {"interfaces": None}, "node": node, "edge": edge, "max_node": -1}
     data = {"attributes": attributes, "graph": _object("compas.datastructures/Graph", graph)}
-    whole = {JSON_KEY: WRITER, **_object("compas_assembly.datastructures/Assembly", data)}
-    return json.dumps(whole, allow_nan=False, ensure_ascii=False)
+    document = {JSON_KEY: WRITER, **_object("compas_assembly.datastructures/Assembly", data)}
+    return json.dumps(document, allow_nan=False, ensure_ascii=False)
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
+    """Return an object of COMPAS with its type."""
     return {"dtype": kind, "data": data}
 
 
 def _mesh(block: Solid) -> dict[str, Any]:
+    """Return the data of a COMPAS mesh of a block."""
     corners, faces = _joined(block.polyhedra)
     points = [dict(zip("xyz", corner, strict=True)) for corner in corners.tolist()]
     mesh: dict[str, Any] = {"attributes": {"name": block.name}}
@@ -147,21 +164,24 @@ def _mesh(block: Solid) -> dict[str, Any]:
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
+    """Return a COMPAS interface for each joint, with forces if the result has them."""
     contacts, origin = assembly.joints, assembly.geometry.origin
     force = None
     if result is not None and result.contacts is not None and result.contacts["n"].notna().all():
         force = result.contacts[["fx", "fy", "fz"]].to_numpy()
-    made = []
+    interfaces = []
     for joint, (normal, tangent, other) in enumerate(np.moveaxis(contacts.axes, 1, 0)):
-        own = contacts.joint == joint
-        points = (contacts.point[own] + origin).tolist()
+        of_joint = contacts.joint == joint
+        points = (contacts.point[of_joint] + origin).tolist()
         axes = np.stack([tangent, other, normal])
         frame = {"point": points[0], "xaxis": axes[0].tolist(), "yaxis": axes[1].tolist()}
         forces = None
         if force is not None:
-            along = (force[own] @ axes.T).tolist()
-            forces = [{"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in along]
+            components = (force[of_joint] @ axes.T).tolist()
+            forces = [
+                {"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in components
+            ]
         data = {"points": points, "size": float(contacts.extent[joint])}
         data |= {"frame": _object("compas.geometry/Frame", frame), "forces": forces, "mesh": None}
-        made.append(_object("compas_assembly.datastructures/Interface", data))
-    return made
+        interfaces.append(_object("compas_assembly.datastructures/Interface", data))
+    return interfaces

@@ -1,1 +1,5 @@
-"""What follows the onset of collapse: finite motion of hinging mechanisms, and what codes check with it."""
+"""Capacity curves of mechanisms at finite displacements, and the kinematic checks of building codes.
+
+This package follows a mechanism from the onset of collapse down to λ = 0: hinging mechanisms in the plane
+(``path``), and one body that turns about an edge in space (``edge``). Sliding mechanisms are not followed.
+"""

@@ -1,4 +1,4 @@
-"""Kinematic checks of local mechanisms after Circolare 617/2009, C8A.4.2.2, C8A.4.2.3 (NTC 2008)."""
+"""Kinematic checks of local mechanisms after Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,21 +14,27 @@ from masonry_opt.words.sentences import numeral
 
 @dataclass(frozen=True)
 class KinematicCheck:
-    """Capacity of a mechanism beside what a spectrum demands of it.
+    """Capacity of a mechanism, and the demand of an elastic response spectrum.
+
+    The symbols are those of the code: P are the forces, δ their virtual displacements at the onset, d_k and
+    δ_k those of the control point.
 
     Attributes
     ----------
-    mass_fraction: e* = (Σ P δ)² / (Σ P Σ P δ²), with virtual displacements δ of the onset along forces P.
-    mass: M* = e* Σ P / g, in the case's unit of force over that of ``gravity``.
-    acceleration: a*_0 = λ g / (e* FC), that sets the mechanism going, in g.
-    displacement: d*_0, of the equivalent oscillator at λ = 0, or where the curve ends before:
-        d* = d_k Σ P δ² / (δ_k Σ P δ) where the control point has moved by d_k.
-    complete: whether the curve comes down to λ = 0; if not, ``displacement`` is less than d*_0.
-    ultimate: d*_u, the share of d*_0 that may be used.
-    secant, secant_acceleration: d*_s and a*_s (g), a point of the curve; period: T_s = 2π √(d*_s / a*_s) (s).
-    demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
-    linear, non_linear: whether a*_0 is at least the first, and d*_u the second.
-    rests_on: name and certainty of the load factor λ at the onset, on which both verdicts rest.
+    mass_fraction: Participating mass fraction e* = (Σ P δ)² / (Σ P Σ P δ²).
+    mass: Participating mass M* = e* Σ P / g, in the case's unit of force over the unit of ``gravity``.
+    acceleration: a*_0 = λ g / (e* FC) at which the mechanism is activated, in g.
+    displacement: d*_0 of the equivalent oscillator at λ = 0, or at the end of a curve that ends before, with
+        d* = d_k Σ P δ² / (δ_k Σ P δ).
+    complete: True if the curve comes down to λ = 0; otherwise ``displacement`` is less than d*_0.
+    ultimate: Ultimate displacement d*_u, a share of d*_0.
+    secant, secant_acceleration: The point (d*_s, a*_s) of the curve, a*_s in g.
+    period: Secant period T_s = 2π √(d*_s / a*_s), in seconds.
+    demand_acceleration: S_e(0) / q, in g.
+    demand_displacement: S_e(T_s) (T_s / 2π)², in the case's unit of length.
+    linear: True if the linear check holds: ``acceleration`` is at least ``demand_acceleration``.
+    non_linear: True if the non-linear check holds: ``ultimate`` is at least ``demand_displacement``.
+    rests_on: Name and certainty of the load factor λ at the onset, on which both verdicts rest.
     """
 
     mass_fraction: float
@@ -47,11 +53,12 @@ class KinematicCheck:
     rests_on: str
 
     def as_dict(self) -> dict[str, Any]:
-        """The same as plain numbers."""
+        """Return the attributes as plain numbers and text."""
         return asdict(self)
 
     def __str__(self) -> str:
-        linear, non_linear = ("holds" if of else "does not hold" for of in (self.linear, self.non_linear))
+        linear = "holds" if self.linear else "does not hold"
+        non_linear = "holds" if self.non_linear else "does not hold"
         short = "" if self.complete else " (the curve ends before λ = 0: d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
@@ -72,15 +79,23 @@ def kinematic_check(
     values: Mapping[str, float],
     rests_on: str,
 ) -> KinematicCheck:
-    """Check with the numbers of :meth:`~.capacity.Capacity.check` by name; at the onset forces P and their
-    rates δ, shape (f,) each, and the control point's rate δ_k; the curve of d_k and λ, shape (states, 2).
-    ``rests_on`` says what the load factor at the onset is."""
-    for name, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise OptionError(f"{name} must be a number above zero (found {value!r})")
-    for name in ("ultimate", "secant"):
-        if values[name] > 1:
-            raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
+    """Return the linear and the non-linear kinematic check of a capacity curve.
+
+    Parameters
+    ----------
+    onset: Forces P and their rates δ at the onset, shape (f,) each, and the rate δ_k of the control point.
+    curve: Columns d_k and λ of the curve, shape (states, 2).
+    complete: True if the curve comes down to λ = 0.
+    spectrum: Pairs of period (s) and acceleration (g).
+    values: Numbers of :meth:`~.capacity.Capacity.check` by name.
+    rests_on: Name and certainty of the load factor at the onset, as text.
+
+    Raises
+    ------
+    OptionError
+        If a number or the spectrum is wrong, or the spectrum ends before the secant period.
+    """
+    _check_values(values)
     periods, accelerations = _spectrum(spectrum)
     weights, rates, control_rate = onset
     first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
@@ -89,16 +104,12 @@ def kinematic_check(
     a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
     ultimate = float(values["ultimate"] * d[-1])
     secant = values["secant"] * ultimate
-    # The curve may pass a displacement more than once: the least counts.
-    low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
-    passes = np.flatnonzero((low <= secant) & (secant <= high) & (high > low))
-    share = (secant - d[passes]) / np.diff(d)[passes]
-    at_secant = float((a[passes] + share * np.diff(a)[passes]).min())
+    at_secant = _least_at(secant, d, a)
     period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
     if period > periods[-1]:
         raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: extend it")
-    demanded = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
-    least = float(accelerations[0]) / values["behaviour_factor"]
+    demand_displacement = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
+    demand_acceleration = float(accelerations[0]) / values["behaviour_factor"]
     return KinematicCheck(
         mass_fraction=fraction,
         mass=fraction * total / g,
@@ -109,17 +120,36 @@ def kinematic_check(
         secant=secant,
         secant_acceleration=at_secant,
         period=period,
-        demand_acceleration=least,
-        demand_displacement=demanded,
-        linear=bool(a[0] >= least),
-        non_linear=bool(ultimate >= demanded),
+        demand_acceleration=demand_acceleration,
+        demand_displacement=demand_displacement,
+        linear=bool(a[0] >= demand_acceleration),
+        non_linear=bool(ultimate >= demand_displacement),
         rests_on=rests_on,
     )
 
 
-def _spectrum(given: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+def _check_values(values: Mapping[str, float]) -> None:
+    """Raise OptionError if a number of the check is not positive, or a share exceeds 1."""
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            raise OptionError(f"{name} must be a number above zero (found {value!r})")
+    for name in ("ultimate", "secant"):
+        if values[name] > 1:
+            raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
+
+
+def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
+    """Return the least y at an abscissa of a polyline, which may pass the abscissa more than once."""
+    low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
+    segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
+    share = (x - xs[segments]) / np.diff(xs)[segments]
+    return float((ys[segments] + share * np.diff(ys)[segments]).min())
+
+
+def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the periods and the accelerations of a spectrum. Raises OptionError if the spectrum is wrong."""
     try:
-        pairs = np.array(given, dtype=float)
+        pairs = np.array(spectrum, dtype=float)
     except (TypeError, ValueError):
         pairs = np.zeros(0)
     rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()

@@ -1,4 +1,4 @@
-"""The blocks of a scene after they have moved: how joints touch, the problem then, what its forces miss."""
+"""Displaced blocks: their contacts, their equilibrium problem, and the least violation of equilibrium."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,20 +23,29 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Simpson's rule on an edge, exact for what is cubic there: places along it, and weights.
-_PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
-_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint does not open.
-_UNLIMITED = 1e9  #: Friction from which on it limits nothing.
+#: Points of Simpson's rule, as shares of the length of an edge; the rule is exact for cubic functions.
+_SIMPSON_POINTS = np.array([0.0, 0.5, 1.0])
+#: Weights of Simpson's rule.
+_SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
+#: A corner of a joint opens if it opens faster than this share of the speed of the fastest corner.
+_OPENING_TOLERANCE = 1e-6
+#: Friction coefficient above which sliding is not limited by a yield condition.
+_UNLIMITED_FRICTION = 1e9
 
 
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Points at rest, shape (..., 2), where poses (x, y, θ), shape (..., 3), bring them: turned about the
-    origin, then shifted. In space points have three coordinates and poses six, with a rotation vector."""
+    """Return the displaced positions of points: rotated about the origin by a pose, then translated.
+
+    Parameters
+    ----------
+    points: Positions at rest, shape (..., 2), in space (..., 3).
+    poses: (x, y, θ), shape (..., 3); in space a translation and a rotation vector, shape (..., 6).
+    """
     return turned(points, poses) + poses[..., : points.shape[-1]]
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Vectors, shape (..., 2), turned by the angle of poses, shape (..., 3); in space as ``placed``."""
+    """Return vectors rotated by poses; shapes as in ``placed``. In space by Rodrigues' formula."""
     if vectors.shape[-1] == 3:
         angle = np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
         axis = poses[..., 3:] / np.where(angle > 0, angle, 1.0)
@@ -48,44 +57,56 @@ def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def moved(forces: Forces, poses: np.ndarray) -> Forces:
-    """Forces, which stay what they are, on movable blocks with these poses, shape (b, 3), in space (b, 6)."""
+    """Return forces with their points moved by poses of the movable blocks, shape (b, 3), in space (b, 6).
+
+    The directions and sizes of the forces do not change.
+    """
     return replace(forces, point=placed(forces.point, poses[forces.block]))
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Dead and live forces of a scene. Raises OptionError of loads whose points of action are not known."""
-    given = loads(assembly.scene, assembly.geometry, assembly.movable)
-    found = _joined(assembly, "dead", given.weight, given.dead), _joined(assembly, "live", given.live)
+    """Return the dead and the live forces of a scene, at the points where they act.
+
+    Raises OptionError if the forces do not add up to the loads of the problem: some loads, such as the
+    pressure of fill, have no known points of action.
+    """
+    parts = loads(assembly.scene, assembly.geometry, assembly.movable)
+    dead = _joined(assembly, "dead", parts.weight, parts.dead)
+    live = _joined(assembly, "live", parts.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
     units = problem.force_unit * by_component(centroid.shape[1], 1.0, problem.length_unit)
-    for forces, known in zip(found, (problem.dead, problem.live), strict=True):
-        left = problem.by_block(forces.about(centroid)) / units - problem.by_block(known)
-        if np.abs(left).max(initial=0.0) > LOWER * max(1.0, np.abs(known).max()):
+    for forces, load in ((dead, problem.dead), (live, problem.live)):
+        difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
+        if np.abs(difference).max(initial=0.0) > LOWER * max(1.0, np.abs(load).max()):
             follows = "the capacity curve follows weights, forces at points and loads on edges alone"
             others = "the scene has others, whose points of action are not known after the onset"
             left_out = "leave out [[fill]], or " if assembly.scene.fills else ""
             remedy = f"{left_out}find the load factor alone with 'solve'"
             raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
-    return found
+    return dead, live
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
+    """Return the given forces and all edge loads of a kind ("dead" or "live") as one record."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
-    acting = ((each.block, each.force, each.point) for each in (*parts, *on_edges))
-    block, force, point = map(np.concatenate, zip(*acting, strict=True))
+    forces = [*parts, *on_edges]
+    block = np.concatenate([part.block for part in forces])
+    force = np.concatenate([part.force for part in forces])
+    point = np.concatenate([part.point for part in forces])
     return Forces(block, force, point, np.zeros((len(assembly.movable), moments_in(point.shape[1]))))
 
 
 def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
-    """Three forces in place of a load on an edge."""
-    along, (first, last) = piece.ends[1] - piece.ends[0], piece.intensity
-    force = np.hypot(*along) * _WEIGHTS[:, None] * (first + np.outer(_PLACES, last - first))
+    """Return three forces equivalent to a linearly distributed load on an edge, by Simpson's rule."""
+    edge, (first, last) = piece.ends[1] - piece.ends[0], piece.intensity
+    intensity = first + np.outer(_SIMPSON_POINTS, last - first)
+    force = np.hypot(*edge) * _SIMPSON_WEIGHTS[:, None] * intensity
     block = np.full(3, np.searchsorted(assembly.movable, piece.block))
-    return Forces(block, force, piece.ends[0] + np.outer(_PLACES, along), np.zeros(0))
+    return Forces(block, force, piece.ends[0] + np.outer(_SIMPSON_POINTS, edge), np.zeros(0))
 
 
 def displaced(shapes: Any, poses: np.ndarray) -> Any:
-    """Shapes where poses of all blocks bring them."""
+    """Return the geometry of the blocks, plane or solid, displaced by poses of all blocks."""
     centroid = placed(shapes.centroid, poses)
     if isinstance(shapes, Geometry):
         corners, block = shapes.corners
@@ -103,131 +124,156 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
 
 
 def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
-    """The two blocks of different bodies that lie deepest in one another, if any, the higher body's first."""
-    there = displaced(shapes, poses)
-    low, high = there.boxes
+    """Return the two blocks of different bodies that overlap most deeply; an empty list if none overlap.
+
+    ``body`` numbers the rigid body of each block. The block of the body with the higher number comes first.
+    """
+    moved_shapes = displaced(shapes, poses)
+    low, high = moved_shapes.boxes
     boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
-    one, other = shapely.STRtree(boxes).query(boxes)
-    near = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
-    pairs = np.column_stack([one, other])[near & (body[one] > body[other])]
-    found = max(there.overlaps(pairs), key=lambda found: found[1].depth, default=None)
-    return pairs[found[0]].tolist() if found else []
+    first, second = shapely.STRtree(boxes).query(boxes)
+    near = ((low[first] < high[second]) & (low[second] < high[first])).all(axis=1)
+    pairs = np.column_stack([first, second])[near & (body[first] > body[second])]
+    deepest = max(moved_shapes.overlaps(pairs), key=lambda overlap: overlap[1].depth, default=None)
+    return pairs[deepest[0]].tolist() if deepest else []
 
 
 @dataclass(frozen=True)
 class ForceOptimum:
-    """An optimum of statics."""
+    """Optimal solution of a static linear program over the contact forces of displaced blocks."""
 
-    value: float  #: load factor, or by how much forces miss yield at the least, in the unit of force
-    motion: np.ndarray  #: rates of the poses of all blocks that multipliers of equilibrium are, (blocks, 3)
-    pressed: np.ndarray  #: joints with any force, shape (joints,)
+    value: float  #: greatest load factor, or the least violation of equilibrium and yield (unit of force)
+    motion: np.ndarray  #: rates of the poses of all blocks: the duals of equilibrium, shape (blocks, 3)
+    pressed: np.ndarray  #: True for joints that carry a force, shape (joints,)
 
 
 @dataclass(frozen=True)
 class MovedBlocks:
-    """The blocks of a scene in the plane, in the problem's unit of length; poses are of all, (blocks, 3)."""
+    """Blocks of a scene in the plane, in the unit of length of the problem, and their joints at rest.
+
+    Methods take the poses of all blocks, shape (blocks, 3), and the corners of the joints that touch,
+    shape (joints, 2).
+    """
 
     geometry: Geometry  #: at rest
     joints: Joints
     movable: np.ndarray  #: indices of the movable blocks, shape (b,)
-    dead: Forces  #: forces on these
-    live: Forces
-    cohesion: np.ndarray  #: of each joint, as a force while it is closed, shape (joints,)
+    dead: Forces  #: dead forces on the movable blocks
+    live: Forces  #: live forces on the movable blocks
+    cohesion: np.ndarray  #: cohesive force of each joint while it is closed, shape (joints,)
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """The blocks of an assembly, with dead and live forces in such a unit, and λ in units of ``live``."""
+        """Return the blocks of an assembly, with forces in the given unit and λ in the unit ``live``."""
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit
         joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
-        sizes = {of: getattr(geometry, of) / length for of in ("tolerance", "contact_tolerance", "centroid")}
+        lengths = ("tolerance", "contact_tolerance", "centroid")
+        sizes = {name: getattr(geometry, name) / length for name in lengths}
         polygons = shapely.transform(geometry.polygons, lambda corners: corners / length)
         shapes = replace(geometry, polygons=polygons, **sizes)
         cohesion = np.zeros(problem.joints)
         cohesion[problem.sliding] = problem.cohesion / unit
         dead, pushing = (
-            replace(each, force=each.force * scale, point=each.point / length)
-            for each, scale in zip(forces, np.array([1.0, live]) / (unit * problem.force_unit), strict=True)
+            replace(part, force=part.force * scale, point=part.point / length)
+            for part, scale in zip(forces, np.array([1.0, live]) / (unit * problem.force_unit), strict=True)
         )
         return cls(shapes, joints, assembly.movable, dead, pushing, cohesion)
 
     @property
     def blocks(self) -> np.ndarray:
-        """The two blocks of each joint, shape (joints, 2)."""
+        """Indices of the two blocks of each joint, shape (joints, 2)."""
         return np.stack([self.joints.first, self.joints.second], axis=1)
 
     @property
     def corner(self) -> np.ndarray:
-        """Start and end of each joint at rest, which both blocks keep, shape (joints, 2, 2)."""
+        """Start and end of each joint at rest, points of both of its blocks, shape (joints, 2, 2)."""
         return np.stack([self.joints.start, self.joints.end], axis=1)
 
     @property
     def at_rest(self) -> np.ndarray:
-        """Which corners of the joints touch at rest, shape (joints, 2): of a corner on an edge the first."""
+        """True for the corners that touch at rest, shape (joints, 2); a joint of no length has only one."""
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """Which blocks' edges corners touch, both where two meet: (joints, 2, 2), joint, corner, block."""
+        """True for the blocks whose edge a corner of a joint touches, shape (joints, 2 corners, 2 blocks).
+
+        A corner of one block alone touches the edge of the other block. Where corners of both blocks
+        coincide, both edges are touched.
+        """
         points, block = self.geometry.corners
         corners = shapely.multipoints(points, indices=block)[self.blocks]
-        away = shapely.distance(shapely.points(self.corner)[..., None], corners[:, None])
-        own = away <= 2 * self.geometry.tolerance
-        return own[..., ::-1] | ~own  # a corner of the second block alone touches the first one's edge
+        distance = shapely.distance(shapely.points(self.corner)[..., None], corners[:, None])
+        is_corner_of = distance <= 2 * self.geometry.tolerance
+        return is_corner_of[..., ::-1] | ~is_corner_of
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """The problem of the joints of which any corner touches, shape (joints, 2). Closed joints are as at
-        rest. A corner that touches alone has no cohesion, and the edge that it touches is the joint's; where
-        two corners meet their bisector is, and friction that of the forces which both edges bear."""
-        kept = np.flatnonzero(touch.any(axis=1))
-        touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
+        """Return the equilibrium problem of displaced blocks, of the joints of which any corner touches.
+
+        - A closed joint is as at rest.
+        - A joint that touches in one corner has no cohesion. Its direction is that of the touched edge.
+        - Where two corners meet, the direction is the bisector of both edges. The friction angle is reduced
+          by half of the angle between them, so that the forces are admissible on both edges.
+        """
+        touching = np.flatnonzero(touch.any(axis=1))
+        touch, blocks, at_rest = touch[touching], self.blocks[touching], self.joints
         closed, corner = np.logical_and(*touch.T), touch.argmax(axis=1)
-        edges = np.where(closed[:, None], [True, False], self.faces[kept, corner])
+        edges = np.where(closed[:, None], [True, False], self.faces[touching, corner])
         angle = poses[blocks, 2]
-        turn = np.zeros((len(kept), 3))
-        turn[:, 2] = (angle * edges).sum(axis=1) / edges.sum(axis=1)
-        lean = np.where(edges.all(axis=1), np.abs(angle[:, 0] - angle[:, 1]) / 2, 0.0)
-        friction = np.tan(np.arctan(at_rest.friction[kept]) - lean)
+        rotation = np.zeros((len(touching), 3))
+        rotation[:, 2] = (angle * edges).sum(axis=1) / edges.sum(axis=1)
+        half_angle = np.where(edges.all(axis=1), np.abs(angle[:, 0] - angle[:, 1]) / 2, 0.0)
+        friction = np.tan(np.arctan(at_rest.friction[touching]) - half_angle)
         pressed = np.column_stack([corner, np.where(closed, 1, corner)])
-        place = placed(self.corner[kept[:, None], pressed], poses[blocks[:, :1]])
-        number = np.repeat(np.arange(len(kept)), 2)
-        normal, tangent = (turned(axis[kept], turn) for axis in (at_rest.normal, at_rest.tangent))
-        extent = np.where(closed, at_rest.extent[kept], 0.0)
+        point = placed(self.corner[touching[:, None], pressed], poses[blocks[:, :1]])
+        number = np.repeat(np.arange(len(touching)), 2)
+        normal = turned(at_rest.normal[touching], rotation)
+        tangent = turned(at_rest.tangent[touching], rotation)
+        extent = np.where(closed, at_rest.extent[touching], 0.0)
         joints = replace(at_rest, first=blocks[:, 0], second=blocks[:, 1], normal=normal, tangent=tangent)
-        joints = replace(joints, extent=extent, point=place.reshape(-1, 2), joint=number, ring=number)
-        sliding = np.flatnonzero(friction < _UNLIMITED)
-        slope, cohesion, none = friction[sliding], np.where(closed, self.cohesion[kept], 0.0), np.zeros(0)
+        joints = replace(joints, extent=extent, point=point.reshape(-1, 2), joint=number, ring=number)
+        sliding = np.flatnonzero(friction < _UNLIMITED_FRICTION)
+        slope, cohesion = friction[sliding], np.where(closed, self.cohesion[touching], 0.0)
+        none = np.zeros(0)
         law = Law(sliding, slope, cohesion[sliding], slope, np.full((len(slope), 2), np.inf), none, none)
         centroid = placed(self.geometry.centroid, poses)
-        acting = (moved(each, poses[self.movable]) for each in (self.dead, self.live))
-        dead, live = (each.about(centroid[self.movable]) for each in acting)
+        dead = moved(self.dead, poses[self.movable]).about(centroid[self.movable])
+        live = moved(self.live, poses[self.movable]).about(centroid[self.movable])
         shapes = replace(self.geometry, centroid=centroid)
         return Problem(Matrices.of(joints, shapes, self.movable, 1.0), law, dead, live, 1.0)
 
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """The greatest load factor, eq. (9), or how much forces under a given one miss at least, if found."""
+        """Return an optimal state of forces of displaced blocks; None if the solver found none.
+
+        Without a load factor the optimum is the greatest load factor, eq. (9). With one it is the least
+        violation of equilibrium and yield under this load factor.
+        """
         problem = self.problem(touch, poses)
         if load_factor is None:
             solver = find_solver("cvxpy", "highs")
             state = Driver(problem, "static", solver, effort, of_load=True).solve().state
-            found = None if state is None else (state.load_factor, state.d, state.q)
+            solution = None if state is None else (state.load_factor, state.d, state.q)
         else:
-            found = least_missed(problem, load_factor, effort)
-        if found is None:
+            solution = least_missed(problem, load_factor, effort)
+        if solution is None:
             return None
-        value, d, q = found
+        value, d, q = solution
         size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
         pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
-        # From velocities of centroids to those of the points in the origin.
+        # Convert velocities of the centroids to velocities of the block points at the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
         return ForceOptimum(value, motion, pressed)
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
-        """Number of each block's rigid body, shape (blocks,), by closed joints; the last is the ground's."""
+        """Return the number of the rigid body of each block, shape (blocks,); the ground has the highest.
+
+        Blocks linked by closed joints, and all fixed blocks, form one body.
+        """
         fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
         closed = self.blocks[touch.all(axis=1)]
         links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])
@@ -235,14 +281,17 @@ class MovedBlocks:
         return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Velocities of the joints' corners with first and second blocks, shape (2, joints, 2, 2)."""
+        """Return the velocities of the joints' corners as points of both blocks.
+
+        The shape is (2 blocks, joints, 2 corners, 2 components).
+        """
         blocks = self.blocks.T[..., None]
         arm = turned(self.corner, poses[blocks])
-        quarter = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-        return motion[blocks][..., :2] + motion[blocks][..., 2:] * quarter
+        rotated_arm = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        return motion[blocks][..., :2] + motion[blocks][..., 2:] * rotated_arm
 
     def fastest(self, poses: np.ndarray, motion: np.ndarray) -> float:
-        """Speed of the fastest corner of a joint."""
+        """Return the speed of the fastest corner of a joint."""
         return float(np.linalg.norm(self._velocities(poses, motion), axis=-1).max(initial=0.0))
 
     def _fastest_of_blocks(self, poses: np.ndarray, motion: np.ndarray) -> float:
@@ -253,46 +302,52 @@ class MovedBlocks:
         return float(np.linalg.norm(velocity, axis=1).max(initial=0.0))
 
     def relative(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Rates at which the joints' corners open, and slip, shape (2, joints, 2)."""
+        """Return the opening rates and the slip rates of the joints' corners, shape (2, joints, 2)."""
         first, second = self._velocities(poses, motion)
         along = np.stack([self.joints.normal, self.joints.tangent])[:, :, None]
         frame = turned(along, poses[self.joints.first][:, None])
         return np.asarray(((first - second) * frame).sum(axis=-1))
 
     def after(
-        self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum
+        self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners that still touch in the motion of an optimum, and the joints that slide in it,
-        shapes (joints, 2) and (joints,).
+        """Return the corners that still touch in the motion of an optimum, and the joints that slide.
 
-        A joint slides if it slips by more than the share ``SLIDES`` of the speed of the fastest corner, as in
-        :func:`~masonry_opt.answer.motion.joint_motion`, and carries a force or does not open. A corner that
-        slips less, as on surveyed blocks, goes on touching unless it opens by more than its slip explains.
+        The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
+        of the speed of the fastest corner, as in :func:`~masonry_opt.answer.motion.joint_motion`, and carries
+        a force or does not open. A corner that slips less, as on surveyed blocks, still touches unless it
+        opens by more than friction times its slip.
         """
-        opening, slip = self.relative(poses, found.motion)
-        speed = self._fastest_of_blocks(poses, found.motion) or 1.0
+        opening, slip = self.relative(poses, optimum.motion)
+        speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0
         friction = np.where(np.isfinite(self.joints.friction), self.joints.friction, 0.0)
-        opens = opening > _STAYS * speed
-        lifts = opening - friction[:, None] * np.abs(slip) > _STAYS * speed
+        opens = opening > _OPENING_TOLERANCE * speed
+        lifts = opening - friction[:, None] * np.abs(slip) > _OPENING_TOLERANCE * speed
         slips = touch & (np.abs(slip) > SLIDES * speed)
         stays = touch & ~lifts & ~slips
-        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & found.pressed)
+        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & optimum.pressed)
         return stays, slides
 
 
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """By how much forces miss equilibrium and yield at the least, the motion that gains by it, and they.
+    """Return the least violation v of equilibrium and yield under a load factor.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 
-    Hinges leave the forces of a given λ no room: without v rounding would make the program infeasible.
+    The violation is a variable because a mechanism determines the forces of a given λ completely: a program
+    without v would be infeasible by rounding errors. Where contact points rock, v is multiplied by the
+    number of points, so that it measures the missing normal force of the joint.
+
+    Returns
+    -------
+    tuple or None
+        The violation v, the dual motion d and the forces q; None if the solver fails.
     """
     load = problem.dead + load_factor * problem.live
     rows, faces = len(load), problem.faces
     column = np.repeat([1.0, -1.0, 1.0], [rows, rows, faces])
-    # Slacks of rocking are so many times the normal force that is missed.
     column[2 * rows :][problem.table.rocks] = problem.layout.points
     conditions = sp.vstack([problem.B, problem.B, problem.true_yield])
     matrix = sp.hstack([conditions, sp.csr_array(column[:, None])], format="csc")
@@ -302,7 +357,8 @@ def least_missed(
     row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
     low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
-    for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
+    # The simplex method of HiGHS may fail on the presolved program; the second attempt is without presolve.
+    for presolve in ("choose", "off"):
         session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
         if session.solve() is Verdict.OPTIMAL:
             *q, value = session.point()

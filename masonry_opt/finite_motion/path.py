@@ -1,7 +1,13 @@
-"""The path of a hinging mechanism: steps of finite rotations, from event to event, down to λ = 0."""
+"""Equilibrium path of a hinging mechanism in the plane, at finite rotations, from the onset down to λ = 0.
+
+The path is a sequence of stretches. On a stretch the blocks form fixed rigid bodies with hinges between them
+(class Chain), and a predictor–corrector method follows the equilibrium states: a step along the tangent, then
+Newton's method. A stretch ends at an event, which bisection locates: a joint opens, a joint closes, blocks
+meet, or λ vanishes. A linear program over the contact forces finds the joints that open.
+"""
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -14,163 +20,217 @@ from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots
 
-BORNE = 1e-8  #: Violation of equilibrium and yield that is rounding.
-_NEAR = 10.0  #: So many times that, and the joint is only just opening.
-_CLOSED = 1e-12  #: Angle (rad) up to which a joint that closes is closed.
-_LONGEST, _SHORTEST = 0.02, 1e-6  #: Of steps: ways of the fastest corner over the scene's size.
-_ENCLOSED = 1e-13  #: Width to which events are enclosed.
-_MOVES = 1e-7  #: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
-_PROBE = 1e-5  #: Step that shows in which sense a motion is possible.
-_MOST, _MOST_EVENTS = 2000, 20  #: Most steps, and most events in one place.
-#: Share of the largest singular value below which one is zero: joints that share a hinge repeat equations.
-_DEPENDENT = 1e-8
-_STEPS, _SOLVED = 12, 1e-13  #: Newton steps of one correction, and the residual at which it ends.
-_ROUNDING = 1e-10  #: Residual up to which a correction that comes no nearer is one: rounding.
+#: Violation of equilibrium and yield, in the unit of force, up to which the forces are still admissible.
+BORNE = 1e-8
+#: A joint counts as just opening if the violation is below this multiple of BORNE; less locates it closer.
+_JUST_OPENING = 10.0
+#: Overlap angle (rad) from which a closing joint counts as closed; it only has to exceed rounding errors.
+_CLOSING_ANGLE = 1e-12
+#: Longest step: displacement of the fastest corner over the size of the scene.
+_LONGEST_STEP = 0.02
+#: Shortest step, in the unit of the longest: the path is locked if even this step has no solution.
+_SHORTEST_STEP = 1e-6
+#: Width of the interval, in the unit of steps, to which bisection encloses an event.
+_EVENT_WIDTH = 1e-13
+#: Speed of the fastest corner, in a tangent of length 1, below which the tangent is no motion of blocks.
+_LEAST_SPEED = 1e-7
+#: Length of the trial step that shows in which sense a motion is possible.
+_PROBE_STEP = 1e-5
+#: Largest number of states on a path; a longer path ends with the code "still carries".
+_MOST_STEPS = 2000
+#: Largest number of successive events in one position; more of them mean that the mechanism is locked.
+_MOST_EVENTS = 20
+#: Singular values below this share of the largest are zero: joints that share a hinge repeat equations.
+_RANK_TOLERANCE = 1e-8
+#: Largest number of Newton iterations of one correction.
+_NEWTON_ITERATIONS = 12
+#: Scaled residual at which Newton's method has converged.
+_CONVERGED = 1e-13
+#: Scaled residual below which a correction is accepted if it no longer improves: rounding errors limit it.
+_STALLED = 1e-10
+#: Scaled residual above which Newton's method diverges and the correction is given up.
+_DIVERGED = 1e3
 
 
 @dataclass(frozen=True)
 class Step:
-    """A state of the path, in the case's units; in the plane, while the path is followed, the problem's."""
+    """State on the path of a mechanism.
 
-    poses: np.ndarray  #: (x, y, θ) of all blocks, shape (blocks, 3): a turn about the origin, then a shift
-    load_factor: float  #: λ in equilibrium
-    #: Contact points that touch from here on, (points,); while a path is followed corners, (joints, 2).
+    The states of a finished path are in the units of the case. While a path in the plane is followed, its
+    states are in the units of the problem.
+    """
+
+    #: (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin, then a translation. In space
+    #: a translation and a rotation vector, shape (blocks, 6).
+    poses: np.ndarray
+    load_factor: float  #: λ of the equilibrium of the displaced blocks
+    #: True for the contact points that touch from this state on, shape (points,). While a path is followed:
+    #: for the two corners of each joint, shape (joints, 2).
     touch: np.ndarray
-    event: Reason | None = None  #: what happens here, if anything
+    event: Reason | None = None  #: event at this state; None if nothing changes there
 
 
 class Chain:
-    """Bodies of blocks whose joints are closed, and hinges between them, where one corner of a joint touches.
+    """Rigid bodies linked by hinges, and their equations of equilibrium at finite rotations.
 
-    Unknowns are the poses (x, y, θ) of the bodies, the force in each hinge, and λ:
-        Q(θ, λ) + G(θ)ᵀ f = 0,    g(poses) = 0,
-    with Q the generalised loads, g the distance of the two places of each hinge point, G = ∂g/∂poses. With
-    one degree of freedom λ is that of virtual work; with more the solutions are still a line. A point of it
-    has all unknowns in a row: poses (bodies, 3), forces in hinges on the first body (hinges, 2), and λ.
+    A body consists of blocks whose joints are closed. A hinge is a joint of which one corner touches.
+    The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
+
+        Q(θ, λ) + G(θ)ᵀ f = 0        (a) equilibrium, with the generalised loads Q
+        g(poses) = 0                 (b) both bodies bring the hinge point to one place; G = ∂g/∂poses
+
+    There is one equation less than there are unknowns, so the solutions form a curve. With one degree of
+    freedom λ follows from virtual work. A point of the curve is a vector of all unknowns: poses (bodies, 3),
+    forces of the hinges on their first body (hinges, 2), and λ.
     """
 
     def __init__(self, blocks: MovedBlocks, touch: np.ndarray) -> None:
         self.touch, self.body = touch, blocks.bodies(touch)
-        self.count = int(self.body.max())  # the ground's number
-        body, loads = self.body[blocks.movable], (blocks.dead, blocks.live)
-        self.dead, self.live = ((body[each.block], each.point, each.force) for each in loads)
+        self.count = int(self.body.max())  # number of bodies that can move; the ground has the next index
+        body = self.body[blocks.movable]
+        self.dead = body[blocks.dead.block], blocks.dead.point, blocks.dead.force
+        self.live = body[blocks.live.block], blocks.live.point, blocks.live.force
         ends = self.body[blocks.blocks]
         hinges = np.flatnonzero((touch.sum(axis=1) == 1) & (ends[:, 0] != ends[:, 1]))
         self.ends = ends[hinges]
         self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> np.ndarray:
-        """The point with these poses of the blocks: forces and λ by least squares."""
-        poses, moves = np.zeros((self.count + 1, 3)), 3 * self.count
+        """Return the point of the curve at given poses of the blocks; forces and λ by least squares."""
+        poses, coordinates = np.zeros((self.count + 1, 3)), 3 * self.count
         poses[self.body] = of_blocks
         point = np.append(poses[:-1].ravel(), np.zeros(2 * len(self.at) + 1))
-        rest, slope = self._system(point)
-        point[moves:] = np.linalg.lstsq(slope[:moves, moves:], -rest[:moves], rcond=_DEPENDENT)[0]
+        residual, jacobian = self._system(point)
+        matrix, right = jacobian[:coordinates, coordinates:], -residual[:coordinates]
+        point[coordinates:] = np.linalg.lstsq(matrix, right, rcond=_RANK_TOLERANCE)[0]
         return point
 
     def of_blocks(self, point: np.ndarray) -> np.ndarray:
-        """Poses of all blocks in a point, or their rates in a direction, shape (blocks, 3)."""
+        """Return the poses of all blocks at a point, or their rates along a tangent, shape (blocks, 3)."""
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
-        """Directions in which the line goes on, (k, unknowns): none where jammed, several at a branch."""
-        _, slope = self._system(point)
-        _, sizes, rows = np.linalg.svd(slope)
-        rank = int((sizes > _DEPENDENT * sizes.max(initial=1.0)).sum())
-        moves = np.r_[: 3 * self.count, len(point) - 1]
-        left, sizes, _ = np.linalg.svd(rows[rank:, moves].T, full_matrices=False)
-        found = np.zeros((np.count_nonzero(sizes > _DEPENDENT), len(point)))
-        found[:, moves] = left[:, sizes > _DEPENDENT].T
-        return found
+        """Return the tangents of the curve at a point, shape (k, unknowns).
+
+        The tangents span the null space of the Jacobian, restricted to poses and λ. There is no tangent if
+        the bodies are locked, and more than one at a bifurcation.
+        """
+        _, jacobian = self._system(point)
+        _, values, right_vectors = np.linalg.svd(jacobian)
+        rank = int((values > _RANK_TOLERANCE * values.max(initial=1.0)).sum())
+        poses_and_lambda = np.r_[: 3 * self.count, len(point) - 1]
+        null_space = right_vectors[rank:, poses_and_lambda].T
+        basis, values, _ = np.linalg.svd(null_space, full_matrices=False)
+        tangents = np.zeros((np.count_nonzero(values > _RANK_TOLERANCE), len(point)))
+        tangents[:, poses_and_lambda] = basis[:, values > _RANK_TOLERANCE].T
+        return tangents
 
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-        """The point of the line whose product with a row has a value; None if Newton steps find none."""
-        point, moves, last = start, 3 * self.count, np.inf
-        for _ in range(_STEPS):
-            rest, slope = self._system(point)
-            rest, slope = np.append(rest, row @ point - value), np.vstack([slope, row])
-            of = np.ones(len(rest))
-            of[:moves], of[-1] = 1.0 + np.abs(point[moves:-1]).max(initial=0.0), 1.0 + abs(value)
-            residual = float(np.abs(rest / of).max())
-            if residual <= _SOLVED or (residual <= _ROUNDING and residual > 0.5 * last):
+        """Return the point of the curve with ``row @ point == value``, by Newton's method from a start.
+
+        Returns None if Newton's method diverges or does not converge.
+        """
+        point, coordinates, previous_norm = start, 3 * self.count, np.inf
+        for _ in range(_NEWTON_ITERATIONS):
+            residual, jacobian = self._system(point)
+            residual = np.append(residual, row @ point - value)
+            jacobian = np.vstack([jacobian, row])
+            scale = np.ones(len(residual))
+            scale[:coordinates] = 1.0 + np.abs(point[coordinates:-1]).max(initial=0.0)
+            scale[-1] = 1.0 + abs(value)
+            norm = float(np.abs(residual / scale).max())
+            stalled = norm <= _STALLED and norm > 0.5 * previous_norm
+            if norm <= _CONVERGED or stalled:
                 return point
-            if residual > 1e3:
+            if norm > _DIVERGED:
                 return None
-            last = residual
-            point = point + np.linalg.lstsq(slope, -rest, rcond=_DEPENDENT)[0]
+            previous_norm = norm
+            point = point + np.linalg.lstsq(jacobian, -residual, rcond=_RANK_TOLERANCE)[0]
         return None
 
     def _system(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals of equilibrium, then of the hinges, and their derivatives by poses, forces and λ."""
+        """Return the residuals of equations (a) and (b), and their Jacobian by poses, forces and λ."""
         bodies, hinges, forces = self.count, len(self.at), point[3 * self.count : -1].reshape(-1, 2)
         poses = np.vstack([point[: 3 * bodies].reshape(-1, 3), np.zeros(3)])
-        live = self._acting(poses, *self.live)
-        acting = self._acting(poses, *self.dead) + point[-1] * live
+        live = self._resultants(poses, *self.live)
+        resultants = self._resultants(poses, *self.dead) + point[-1] * live
         gap = np.zeros((hinges, 2))
         G = np.zeros((hinges, 2, bodies + 1, 3))
-        each = np.arange(hinges)
+        hinge = np.arange(hinges)
         for side, sign in enumerate((1.0, -1.0)):
-            of = self.ends[:, side]
-            acting += self._acting(poses, of, self.at, sign * forces)
-            arm = turned(self.at, poses[of])
-            gap += sign * placed(self.at, poses[of])
-            G[each[:, None], [0, 1], of[:, None], [0, 1]] += sign
-            G[each, :, of, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
-        flat = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)
-        rest = np.append(acting[:-1, :3].ravel(), gap.ravel())
-        slope = np.zeros((len(rest), len(rest) + 1))
-        turns = 3 * np.arange(bodies) + 2
-        slope[turns, turns] = -acting[:-1, 3]
-        slope[: 3 * bodies, 3 * bodies : -1] = flat.T
-        slope[3 * bodies :, : 3 * bodies] = flat
-        slope[: 3 * bodies, -1] = live[:-1, :3].ravel()
-        return rest, slope
+            body = self.ends[:, side]
+            resultants += self._resultants(poses, body, self.at, sign * forces)
+            arm = turned(self.at, poses[body])
+            gap += sign * placed(self.at, poses[body])
+            G[hinge[:, None], [0, 1], body[:, None], [0, 1]] += sign
+            G[hinge, :, body, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
+        G_free = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)  # without the ground
+        residual = np.append(resultants[:-1, :3].ravel(), gap.ravel())
+        jacobian = np.zeros((len(residual), len(residual) + 1))
+        rotations = 3 * np.arange(bodies) + 2
+        jacobian[rotations, rotations] = -resultants[:-1, 3]
+        jacobian[: 3 * bodies, 3 * bodies : -1] = G_free.T
+        jacobian[3 * bodies :, : 3 * bodies] = G_free
+        jacobian[: 3 * bodies, -1] = live[:-1, :3].ravel()
+        return residual, jacobian
 
     @staticmethod
-    def _acting(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Of forces on bodies, at points at rest, the sums fx, fy, x × f about the origin and x · f, by which
-        the moment falls as a body turns, shape (bodies + 1, 4)."""
+    def _resultants(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Return Σ fx, Σ fy, Σ x × f about the origin and Σ x · f for every body, shape (bodies + 1, 4).
+
+        Forces have constant directions, and their points ``at`` (given at rest) move with the bodies. The
+        last sum is the negative derivative of the moment with respect to the rotation of the body.
+        """
         total, arm = np.zeros((len(poses), 4)), turned(at, poses[body])
         np.add.at(total, body, np.column_stack([force, moment_of(arm, force), dots(arm, force)]))
         return total
 
 
 class _PathEvent(NamedTuple):
-    """What ends a step: its code, the joints or blocks concerned, and the statics that found it."""
+    """Event that ends a stretch of the path."""
 
     code: Code
-    which: list[int]
+    which: list[int]  #: indices of the joints that close, or of the blocks that meet
+    #: Optimum of the linear program of forces, if it shows that a joint opens; else None.
     borne: ForceOptimum | None = None
 
 
 class _Stretch(NamedTuple):
-    """Where the bodies stay the same."""
+    """State and tangent on a part of the path along which the rigid bodies do not change."""
 
-    chain: Chain  #: they
-    point: np.ndarray  #: a point of their line
-    row: np.ndarray  #: rates there of poses and λ, while the fastest corner moves by the scene's size
+    chain: Chain  #: bodies and hinges
+    point: np.ndarray  #: point of the chain's equilibrium curve
+    row: np.ndarray  #: tangent at the point; its length moves the fastest corner by the size of the scene
 
     @property
     def poses(self) -> np.ndarray:
+        """Poses of all blocks, shape (blocks, 3)."""
         return self.chain.of_blocks(self.point)
 
     @property
     def motion(self) -> np.ndarray:
+        """Rates of the poses of all blocks along the tangent, shape (blocks, 3)."""
         return self.chain.of_blocks(self.row)
 
 
 class _PathEnded(Exception):
-    """The path ends; its argument is the reason."""
+    """Signal that the path ends; the argument is the reason."""
 
 
 class HingingPath:
-    """The path after the onset of a result: its ``steps``, the first at rest, its ``end``, and ``motion``,
-    rates of the poses of all blocks at the onset, shape (blocks, 3)."""
+    """Path of a plane mechanism of hinges after the onset of collapse.
+
+    Attributes
+    ----------
+    steps: States of the path; the first is at rest.
+    end: Reason why the path ends.
+    motion: Rates of the poses of all blocks at the onset, shape (blocks, 3).
+    """
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        onset = result.required()  # λ is in units of it, forces in those of the largest load there
+        onset = result.required()  # the unit of λ; the unit of force is the largest load at the onset
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
@@ -184,29 +244,37 @@ class HingingPath:
         except _PathEnded as end:
             self.end: Reason = end.args[0]
         units, points = by_component(2, problem.length_unit, 1.0), self.blocks.at_rest
-        self.steps = [replace(one, poses=one.poses * units, touch=one.touch[points]) for one in self.steps]
+        self.steps = [
+            replace(step, poses=step.poses * units, touch=step.touch[points]) for step in self.steps
+        ]
         self.motion = self.motion * units
 
     def _onset(self, result: Result) -> None:
-        """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
+        """Find the mechanism at the onset by associative limit analysis of the scene at rest.
+
+        The path ends at once if the associative λ differs from that of the result: joints slide then, and
+        a finite motion is defined for mechanisms of hinges alone.
+        """
         first = self.steps[0]
-        found = self.blocks.optimum(first.touch, first.poses, None, self.effort)
-        if found is None or not same(self.unit * found.value, first.load_factor):
+        optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
+        if optimum is None or not same(self.unit * optimum.value, first.load_factor):
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
-            associative, pairs = found and self.unit * found.value, self.assembly.pairs(slides)
+            associative = None if optimum is None else self.unit * optimum.value
+            pairs = self.assembly.pairs(slides)
             raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
-        self.steps = [replace(first, touch=self._opened(first.touch, first.poses, found))]
-        self.motion = found.motion
+        self.steps = [replace(first, touch=self._opened(first.touch, first.poses, optimum))]
+        self.motion = optimum.motion
 
     def _follow(self) -> None:
-        """Stretch after stretch, each to its event, until one ends the path."""
-        opens, hint, idle = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
+        """Follow one stretch after another, each up to its event, until an event ends the path."""
+        opens, hint, events_here = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
-            # Several events in one place are one after the other; without an end they lead nowhere.
-            idle = 0 if np.abs(stretch.poses - last.poses).max() > _CLOSED else idle + 1
-            if idle > _MOST_EVENTS:
+            # Several events in one position follow each other; an endless sequence means locked blocks.
+            moves = np.abs(stretch.poses - last.poses).max() > _CLOSING_ANGLE
+            events_here = 0 if moves else events_here + 1
+            if events_here > _MOST_EVENTS:
                 raise _PathEnded(reason(Code.LOCKS))
             touch, hint = stretch.chain.touch.copy(), stretch.motion
             if event.borne:
@@ -222,13 +290,17 @@ class HingingPath:
             self._add(stretch, touch, reason(event.code, pairs=self.assembly.pairs(changed)))
 
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
-        if len(self.steps) >= _MOST:
+        """Append a state to the path. The path ends if it has too many states."""
+        if len(self.steps) >= _MOST_STEPS:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
-    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
-        """Which corners go on touching in the motion that statics found: some open, and none slides."""
-        stays, slides = self.blocks.after(touch, poses, found)
+    def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
+        """Return the corners that still touch in the motion of an optimum, shape (joints, 2).
+
+        The path ends if a joint slides in this motion, or if no corner opens.
+        """
+        stays, slides = self.blocks.after(touch, poses, optimum)
         if slides.any():
             raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
@@ -236,7 +308,11 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """The way on: that in which corners open, if any do, else that of the motion before, or back."""
+        """Return the stretch that begins at a state, in its right sense.
+
+        If corners open, the sense is the one in which these corners open. Otherwise the motion continues in
+        the sense of ``hint``, or reverses if an event prevents this at once and nothing prevents the reverse.
+        """
         chain = Chain(self.blocks, step.touch)
         stretch = self._onward(chain, chain.start(step.poses), hint)
         if stretch is None:
@@ -245,26 +321,37 @@ class HingingPath:
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
-        # A joint that has closed stays so in one sense only, which may be the way back.
-        event, _ = self._try(stretch, _PROBE)
-        return back if event and not self._try(back, _PROBE)[0] else stretch
+        # A joint that has just closed stays closed in one sense of the motion only.
+        event, _ = self._try(stretch, _PROBE_STEP)
+        if event is None:
+            return stretch
+        event_back, _ = self._try(back, _PROBE_STEP)
+        return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """A point and its direction, that of a motion of the blocks; None where nothing moves."""
-        found = chain.tangents(point)
-        if len(found) > 1:
+        """Return a point with its tangent, in the sense of a motion ``hint``; None if no block moves.
+
+        The path ends at a bifurcation, where several tangents exist.
+        """
+        tangents = chain.tangents(point)
+        if len(tangents) > 1:
             raise _PathEnded(reason(Code.BRANCHES))
-        for row in found:
-            motion = chain.of_blocks(row)
-            if (fastest := self.blocks.fastest(chain.of_blocks(point), motion)) > _MOVES:
+        for tangent in tangents:
+            motion = chain.of_blocks(tangent)
+            fastest = self.blocks.fastest(chain.of_blocks(point), motion)
+            if fastest > _LEAST_SPEED:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
-                return _Stretch(chain, point, sense * self.size / fastest * row)
+                return _Stretch(chain, point, sense * self.size / fastest * tangent)
         return None
 
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
-        """Go on to the next event: the last state before it."""
+        """Follow a stretch up to its next event; return the last state before the event, and the event.
+
+        A step without a solution is repeated with a quarter of its length; after a success the step is
+        doubled, up to the length of ``_first_step``. The path is locked if steps become too short.
+        """
         step = self._first_step(stretch)
-        while step >= _SHORTEST:
+        while step >= _SHORTEST_STEP:
             event, ahead = self._try(stretch, step)
             if event is not None:
                 return self._enclosed(stretch, step, event)
@@ -276,68 +363,91 @@ class HingingPath:
         raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
-        """What changes λ by its share of the onset's, along the tangent."""
-        return min(_LONGEST, max(_SHORTEST, 1 / self.count / max(abs(stretch.row[-1]), _MOVES)))
+        """Return the step that changes λ by 1 / count of its value at the onset, along the tangent."""
+        step = 1 / self.count / max(abs(stretch.row[-1]), _LEAST_SPEED)
+        return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
-        """A step: what would happen on it, and where it ends; neither if no such state is found."""
+        """Make a step (predictor and corrector); return the event within the step, and the state at its end.
+
+        The event is None if nothing happens within the step. Both are None if no state is found.
+        """
         row, guess = np.append(stretch.row[:-1], 0.0), stretch.point + step * stretch.row
         point = stretch.chain.corrected(guess, row, float(row @ guess))
-        ahead = None if point is None else self._onward(stretch.chain, point, stretch.motion)
-        return (None, None) if ahead is None else (self._event(ahead), ahead)
+        if point is None:
+            return None, None
+        ahead = self._onward(stretch.chain, point, stretch.motion)
+        if ahead is None:
+            return None, None
+        return self._event(ahead), ahead
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
-        """What has happened before a state, if anything has."""
+        """Return the event that must have happened before a state; None if the state is admissible.
+
+        Events are tested in this order: λ < 0; a hinged joint has rotated beyond closing; blocks overlap;
+        no admissible forces balance the loads, so that a joint opens. The path ends if the last test fails.
+        """
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # Joints that have a length and touch in one corner are open by an angle.
+        # A joint with a length of which one corner touches is open by an angle; a negative angle is overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
-        closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSED)
+        closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSING_ANGLE)
         if closed.any():
             return _PathEvent(Code.JOINT_CLOSES, np.flatnonzero(closed).tolist())
-        if over := overlapping(self.blocks.geometry, poses, ahead.chain.body):
-            return _PathEvent(Code.BLOCKS_MEET, sorted(over))
-        borne = self.blocks.optimum(touch, poses, load_factor, self.effort)
-        if borne is None:
+        blocks_in_contact = overlapping(self.blocks.geometry, poses, ahead.chain.body)
+        if blocks_in_contact:
+            return _PathEvent(Code.BLOCKS_MEET, sorted(blocks_in_contact))
+        optimum = self.blocks.optimum(touch, poses, load_factor, self.effort)
+        if optimum is None:
             raise _PathEnded(reason(Code.FORCES_UNDECIDED))
-        if borne.value > BORNE:
-            return _PathEvent(Code.JOINT_OPENS, [], borne)
+        if optimum.value > BORNE:
+            return _PathEvent(Code.JOINT_OPENS, [], optimum)
         return None
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
-        """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
-        blocks meet, the path ends. After a joint has opened what is missed grows from zero: a secant finds
-        from where."""
-        low, high, before, farther = 0.0, step, stretch, (0.0, 0.0)
-        while high - low > _ENCLOSED:
-            if event.code is Code.REACHES_ZERO and (last := self._at_zero(before)):
-                before = last
-                break
+        """Locate an event within a step by bisection; return the last state before it, and the event.
+
+        Where a joint opens, the violation of equilibrium grows from zero, and a secant step proposes the
+        next trial length. The path ends at λ = 0 and where blocks meet.
+        """
+        low, high, before = 0.0, step, stretch
+        farther_step = farther_excess = 0.0  # the trial before the last one beyond the event
+        while high - low > _EVENT_WIDTH:
+            if event.code is Code.REACHES_ZERO:
+                at_zero = self._at_zero(before)
+                if at_zero is not None:
+                    before = at_zero
+                    break
             middle, excess = (low + high) / 2, event.borne.value - BORNE if event.borne else 0.0
-            if 0 < excess < farther[1]:
-                root = high - excess * (farther[0] - high) / (farther[1] - excess)
+            if 0 < excess < farther_excess:
+                root = high - excess * (farther_step - high) / (farther_excess - excess)
                 middle = min(max(root + 0.01 * (high - root), low + 0.01 * (high - low)), high)
-            found, ahead = self._try(stretch, middle)
+            trial_event, ahead = self._try(stretch, middle)
             if ahead is None or not low < middle < high:
                 break
-            if found is None:
+            if trial_event is None:
                 low, before = middle, ahead
                 continue
-            farther, high, event = (high, excess), middle, found
-            if event.borne and event.borne.value < _NEAR * BORNE:
+            farther_step, farther_excess = high, excess
+            high, event = middle, trial_event
+            if event.borne and event.borne.value < _JUST_OPENING * BORNE:
                 before = ahead
                 break
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):
-            meet = {"blocks": self.assembly.names(np.array(event.which))} if event.which else {}
-            said = reason(event.code, **meet)
-            self._add(before, before.chain.touch, said)
-            raise _PathEnded(said)
+            self._end_at(before, event)
         return before, event
 
+    def _end_at(self, state: _Stretch, event: _PathEvent) -> NoReturn:
+        """Append the last state of the path, with the event that ends the path."""
+        values = {"blocks": self.assembly.names(np.array(event.which))} if event.which else {}
+        why = reason(event.code, **values)
+        self._add(state, state.chain.touch, why)
+        raise _PathEnded(why)
+
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """The state of λ = 0 ahead, if nothing else has happened before it."""
+        """Return the state with λ = 0 ahead of a state; None if there is none or an event comes first."""
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)
         if point is None:

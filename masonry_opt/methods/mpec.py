@@ -1,7 +1,8 @@
-"""The MPEC by relaxation of complementarity: reference values for the loop (Table 1, [24]).
+"""Method "mpec": solve the MPEC by relaxation of complementarity (Table 1, [24]).
 
-Scholtes' scheme: solve with z p ≤ ε for a falling ε, each time from the last solution. It ends in a local
-optimum of a non-convex problem, which depends on the start.
+The method gives reference values for the loop. It follows Scholtes' scheme: z p ≤ ε is required for a
+falling ε, and each solve starts from the last solution. The result is a local optimum of a non-convex
+problem, and depends on the start.
 """
 
 import math
@@ -27,12 +28,16 @@ from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
 from masonry_opt.problem.problem import State, in_units_of_live_load
 from masonry_opt.solvers.registry import find_solver
 
-_FALL = 0.1  #: The relaxation falls by this factor between solves.
+#: Factor by which ε falls from one solve to the next.
+_FALL = 0.1
 
-#: A series that fails begins again with this share of its first ε, down to a smallest.
-_SMALLER_START, _SMALLEST_START = 1e-3, 1e-8
+#: Factor on the first ε with which a series that fails begins again.
+_SMALLER_START = 1e-3
 
-#: Options of IPOPT for a series of solves that each begin near the last one's end.
+#: Smallest first ε with which a series begins again.
+_SMALLEST_START = 1e-8
+
+#: Options of IPOPT for a series of solves, each of which starts near the last solution.
 _OPTIONS: dict[str, Any] = {
     "tol": 1e-9,
     "constr_viol_tol": 1e-9,
@@ -43,20 +48,20 @@ _OPTIONS: dict[str, Any] = {
     "warm_start_bound_push": 1e-6,
     "warm_start_mult_bound_push": 1e-6,
     "warm_start_slack_bound_push": 1e-6,
-    # Rates and slacks stay ≥ 0: a product of two small negatives would pass for complementary.
+    # Rates and slacks must stay ≥ 0: the product of two small negative numbers would count as complementary.
     "bound_relax_factor": 0.0,
     "max_iter": 700,
 }
 
 
 class MpecOptions(Options):
-    """Parameters of the relaxation.
+    """Options of the relaxation.
 
     Attributes
     ----------
-    start: "loop" (the loop's answer), "cold" (no forces, no motion), or a result of the same scene.
-    epsilon: first bound on each z p, in median block weights times the live load's mean velocity.
-    epsilon_min: last bound.
+    start: "loop" (the answer of the loop), "cold" (no forces and no motion), or a result of the same scene.
+    epsilon: first bound ε of each product z p, in median block weights times the live load's mean velocity.
+    epsilon_min: last bound ε, in the same unit.
     """
 
     start: Literal["loop", "cold"] | InstanceOf[Solution] = "loop"
@@ -65,6 +70,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
+        """Return the options. Raises ValueError if the first bound is below the last."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must not be below 'epsilon_min'")
         return self
@@ -72,20 +78,22 @@ class MpecOptions(Options):
 
 @dataclass(frozen=True)
 class RelaxationStep:
-    """One solve of the series."""
+    """Record of one solve in the series."""
 
-    epsilon: float  #: bound on each z p
-    load_factor: float  #: λ, NaN if the solve failed
-    word: str  #: IPOPT's own
-    iterations: int  #: IPOPT's own
-    largest_product: float  #: largest z p
-    gap: float  #: Σ z p over the live load's work, in units of λ
-    seconds: float
+    epsilon: float  #: bound ε of each product z p
+    load_factor: float  #: load factor λ; NaN if the solve failed
+    word: str  #: IPOPT's status
+    iterations: int  #: number of IPOPT's iterations
+    largest_product: float  #: largest product z p; NaN if the solve failed
+    gap: float  #: Σ z p over the live load's work, in units of λ; NaN if the solve failed
+    seconds: float  #: time of the solve
 
 
 class CasadiIpopt:
-    """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``. The values of the program's
-    variables are the start of a solve, and afterwards its end."""
+    """Interface to IPOPT through CasADi, which reads the program once from Pyomo's ``.nl`` file.
+
+    A solve starts from the values of the program's variables, and writes its solution to them.
+    """
 
     def __init__(self, model: PyomoRelaxed) -> None:
         import casadi
@@ -100,49 +108,59 @@ class CasadiIpopt:
         row_of = {id(row): index for index, row in enumerate(written.constraints)}
         self._products = [row_of[id(row)] for row in model.complementarity_rows]
         bounds = {"lbx": problem.x_lb, "ubx": problem.x_ub, "lbg": problem.g_lb, "ubg": problem.g_ub}
-        self._bounds = {name: np.array(of) for name, of in bounds.items()}
+        self._bounds = {name: np.array(bound) for name, bound in bounds.items()}
         functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
-        # Expanded to scalar operations the derivatives take a thirtieth of the time.
+        # With functions expanded to scalar operations, the derivatives take a thirtieth of the time.
         quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
         options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
         self._solver = casadi.nlpsol("program", "ipopt", functions, options)
-        self.multipliers: dict[str, Any] = {}  #: of the last solve, with which the next begins
+        self.multipliers: dict[str, Any] = {}  #: multipliers of the last solve, from which the next starts
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
-        """Solve with z p ≤ ``epsilon``: whether IPOPT found a local optimum, its status, its iterations."""
+        """Solve with z p ≤ ``epsilon``, from the values of the variables.
+
+        Returns True if IPOPT finds a local optimum, IPOPT's status, and the number of its iterations.
+        """
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
-        found = self._solver(x0=start, **self._bounds, **self.multipliers)
+        solution = self._solver(x0=start, **self._bounds, **self.multipliers)
         stats = self._solver.stats()
         solved = stats["return_status"] in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
         if solved:
-            self.multipliers = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
-            end = np.array(found["x"]).ravel().tolist()
-            for variable, value in zip(self._variables, end, strict=True):
+            self.multipliers = {"lam_x0": solution["lam_x"], "lam_g0": solution["lam_g"]}
+            values = np.array(solution["x"]).ravel().tolist()
+            for variable, value in zip(self._variables, values, strict=True):
                 variable.set_value(value, skip_validation=True)
         return solved, stats["return_status"], int(stats["iter_count"])
 
 
 def mpec(task: Task) -> Solution:
-    """Least load factor near a start."""
+    """Return the local optimum of the MPEC that the relaxation finds from a start.
+
+    Raises OptionError if the start is a result of another scene, or has no forces.
+    """
     problem, options = task.problem, task.options
     if options.start == "cold":
         return _relaxed(task, None)
     if isinstance(options.start, Solution):
-        before = of_same_scene(options.start, problem)
+        start = of_same_scene(options.start, problem)
     else:
-        # Accurate at any size: what follows needs to know which faces move.
+        # Sub-problems are accurate at any size: the relaxation needs to know which faces move.
         accurate = LoopOptions(sub_problems="accurate")
-        before = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
-    if before.q is None or before.d is None:
-        return before.telling_first(reason(Code.START_FAILED))
-    p = problem.rates(before.d, problem.dilatancy)
-    solution = _relaxed(task, State(before.load_factor or 0.0, before.q, before.d, p))
-    return replace(solution, flow_rule_matters=before.flow_rule_matters)
+        start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
+    if start.q is None or start.d is None:
+        return start.telling_first(reason(Code.START_FAILED))
+    p = problem.rates(start.d, problem.dilatancy)
+    solution = _relaxed(task, State(start.load_factor or 0.0, start.q, start.d, p))
+    return replace(solution, flow_rule_matters=start.flow_rule_matters)
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """The first series of solves for a falling ε, from a start or from rest, that comes to its end."""
+    """Return the solution of the first series of solves for a falling ε that reaches the last ε.
+
+    Each series begins from the start, or from rest if ``start`` is None. From a start, series with smaller
+    first ε follow a series that fails. If all series fail, the solution has no load factor.
+    """
     problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
     scaled = in_units_of_live_load(problem)
     with effort.measure("build"):
@@ -155,13 +173,13 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # A smaller ε is easier to follow, but leaves less room to find a lower λ.
+        # With a smaller first ε fewer solves fail, but the relaxation ends at a low λ less often.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None
 
     def followed(first: float) -> bool:
-        """Whether the series from there comes to its end."""
+        """Solve the series from a first ε, and return True if it reaches the last ε."""
         nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}
@@ -197,7 +215,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """ε of each solve of a series, down to the smallest."""
+    """Yield the ε of each solve of a series, down to the smallest."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

@@ -1,17 +1,18 @@
-"""Collapse in which the live load does no work, such as that of a block which the dead load pushes aside once
-the live load has lifted enough of it.
+"""Find collapse states in which the live load does no work.
 
-Mechanisms are scaled by f_L·d = Σ|f_L|: with f_L·d ≤ 0 no method has one. But the loads at λ₀ are the same if
-a share σ of the dead load grows with the live load,
+An example is a block that the dead load pushes aside once the live load has lifted enough of it.
 
-    λ f_L + f_D = λ (f_L + σ f_D / λ₀) + (1 - σ) f_D    where λ = λ₀,
+All methods scale mechanisms by f_L·d = Σ|f_L|, and so find none with f_L·d ≤ 0. The loads at λ₀ are however
+equal if a share σ of the dead load grows with the live load:
 
-and mechanisms are then scaled by work that the dead load does. What a method finds at λ₀ itself is a state of
-the scene as it is. At another λ the loads are s = 1 + σ (λ / λ₀ - 1) times those at λ / s, and where friction
-alone limits forces, so is the state.
+    λ f_L + f_D = λ (f_L + σ f_D / λ₀) + (1 - σ) f_D    for λ = λ₀
+
+Mechanisms are then scaled by the work of the dead load too. A state that a method finds at λ₀ itself is a
+state of the scene. At another λ the loads are s = 1 + σ (λ / λ₀ - 1) times the loads at λ / s. If only
+friction limits forces, then the forces are s times those of a state at λ / s.
 
 The lowest values of limited forces (active pressure of a fill, prestress of a tie) count as dead load here.
-They may be all that drives the mechanism, as where a fill pushes aside a stack that the live load lifts.
+They alone may drive the mechanism, for example if a fill pushes aside a stack that the live load lifts.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -34,15 +35,17 @@ from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import find_solver
 
-#: Work of the live load and energy z·p, over the work of the dead load, up to which they are rounding. (The
-#: loop's sliding contracts by 10⁻³ μ.)
+#: Work of the live load and energy z·p, relative to the work of the dead load, up to which both count as
+#: zero. Sliding in the loop contracts by 10⁻³ μ.
 _ROUNDING = 1e-3
 
-#: σ in turn, where the mechanism does not move against the live load. With a half the loop fails on 11 of 67
-#: random scenes, passes on none with a tenth; on two blocks in space it fails with three quarters and more.
+#: Values of σ, tried in turn, if the mechanism does not move against the live load. If smaller, the loop
+#: fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 and more it fails on two
+#: blocks in space.
 _SHARES = 0.75, 0.5
 
-_MOST = 8  #: λ₀ tried at most; the first, the associative load factor, is most often the answer.
+#: Largest number of λ₀ that are tried. The first is the associative load factor, most often the answer.
+_MOST = 8
 
 #: Names of the fields in a method's step records that hold load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
@@ -52,37 +55,45 @@ _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
         *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
-        *(Code.RAY, Code.LEVEL, Code.CURVE),
+        *(Code.COLLAPSE, Code.RANGE, Code.CURVE),
     }
 )
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution of a method where the live load does no work, or None.
+    """Return the solution of a method in which the live load does no work, or None.
 
-    None is returned if the associative forces go with no mechanism of that kind. ``before`` is the method's
-    solution, without a load factor, of the scene as it is, if the method was run.
+    None is returned if no such mechanism goes with the associative forces, or if the method finds none.
+    ``before`` is the method's solution of the unchanged scene, without a load factor, if the method was run.
     """
     scene = task.problem
     task = replace(task, problem=scene.with_lowest_forces_as_load)
-    given = _associative_and_work(task)
-    if given is None:
+    load_factor_and_work = _associative_and_work(task)
+    if load_factor_and_work is None:
         return None
-    upper, work = given
+    upper, work = load_factor_and_work
     shares = (share + (1 - share) * max(-work, 0.0) for share in _SHARES)
-    tried = (_growing(task, run, upper, share) for share in shares)
-    found = next((one for one in tried if one is not None), None)
-    if found is None or found.answer is None:
+    solutions = (_growing(task, run, upper, share) for share in shares)
+    solution = next((solution for solution in solutions if solution is not None), None)
+    if solution is None or solution.answer is None:
         return None
-    found = replace(found, found=replace(found.answer, q=found.answer.q + scene.lowest_forces))
-    if before is None or before.curve is None:
-        return found
-    of_curve = (said for said in before.reasons if said.code is Code.CURVE)
-    return replace(found, curve=before.curve).telling(*of_curve)
+    answer = replace(solution.answer, q=solution.answer.q + scene.lowest_forces)
+    solution = replace(solution, found=answer)
+    if before is None or before.load_history is None:
+        return replace(solution, load_history=None)
+    # The load history is the one of the unchanged scene.
+    of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
+    history, curve = before.load_history, before.tells_curve
+    return replace(solution, load_history=history, tells_curve=curve).telling(*of_curve)
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """The same with a share of the dead load growing, from the associative load factor on."""
+    """Return the solution of a method with a share of the dead load that grows with the live load, or None.
+
+    The first λ₀ is the associative load factor ``upper``. Further λ₀ follow by extrapolation until the loads
+    are those of the scene. None is returned if the method finds no answer, if the live load does work, or if
+    the load factor falls to zero.
+    """
     problem = task.problem
     alike = not problem.face_cohesion.any() and not problem.dilatancy_depends_on_stress
     load_factor, last = upper, (0.0, 0.0)
@@ -90,18 +101,19 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=Kept(), expected=None)).accepted()
+        solution = run(replace(task, problem=moved, kept=Kept(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # On one mechanism loads at yield lie on a line, through zero where friction alone limits forces.
+        # The loads at which one mechanism moves lie on a line. It passes through zero if only friction limits
+        # forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _ROUNDING:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # Residuals are shares of loads and velocities, whatever their size.
+            # Residuals are relative to loads and velocities, so that scaling does not change them.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
@@ -112,8 +124,12 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """The associative load factor, and the live load's work there over the dead load's in a mechanism of the
-    joints' own flow rule that goes with its forces, if the dead load drives one without work."""
+    """Return the associative load factor, and the work of the live load relative to that of the dead load.
+
+    The work is that in a mechanism of the joints' own flow rule, driven by the dead load, which goes with the
+    associative forces. None is returned if there is no such mechanism, or if the live load does positive work
+    in it.
+    """
     problem = task.problem.by_cone
     upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
     answer = upper.accepted().answer
@@ -134,39 +150,43 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """s: the loads over those of the scene at λ / s."""
+    """Return s, the ratio of the loads at λ to the loads of the scene at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 
 def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
-    """Work of the live load at a load factor in a motion (3b,), over the size of that of the dead load."""
+    """Return the work of the live load at a load factor, relative to that of the dead load.
+
+    The work is that in a motion d, shape (3b,). The work of the dead load counts by its absolute value.
+    """
     return load_factor * float(problem.live @ d) / abs(float(problem.dead @ d))
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
     """Return a solution with the scene's answer, and with its load factors λ turned into those of the scene.
 
-    Under loads s times those of the scene a load factor becomes λ / s, NaN where the loads have vanished.
-    ``alike`` is True if states under loads of another size are states of the scene; else reasons with load
-    factors are left out. Proofs and load histories do not carry over.
+    If the loads are s times those of the scene, a load factor becomes λ / s, or NaN if the loads vanish.
+    ``alike`` is True if states under loads of another size are states of the scene. Otherwise reasons with
+    load factors are left out. Proofs and load histories are always left out.
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        given = {name: values[name] for name in names if values.get(name) is not None}
-        sizes = {name: _size(value, at, share) for name, value in given.items()}
-        return {name: given[name] / size if size > ZERO else nan for name, size in sizes.items()}
+        """Return the load factors of these names that have a value, turned into those of the scene."""
+        load_factors = {name: values[name] for name in names if values.get(name) is not None}
+        sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
+        return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}
 
     reasons = []
-    for said in solution.reasons:
-        values = of_scene(said.values, LOAD_FACTORS.get(said.code, ()))
-        if said.code not in _OF_OTHER_LOADS and all(alike and value >= 0 for value in values.values()):
-            reasons.append(reason(said.code, **said.values | values))
+    for entry in solution.reasons:
+        values = of_scene(entry.values, LOAD_FACTORS.get(entry.code, ()))
+        if entry.code not in _OF_OTHER_LOADS and all(alike and value >= 0 for value in values.values()):
+            reasons.append(reason(entry.code, **entry.values | values))
     history = tuple(
         replace(step, **of_scene(vars(step), _LOAD_FACTORS_OF_STEPS)) for step in solution.history
     )
     solution = replace(solution, bound=None, bound_derived=False, history=history)
     below_zero = inf
-    if any(said.code is Code.BELOW_ZERO for said in reasons):
+    if any(entry.code is Code.BELOW_ZERO for entry in reasons):
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]
         below_zero = value if isfinite(value) else inf
     solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)

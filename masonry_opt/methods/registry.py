@@ -1,4 +1,7 @@
-"""Every method by name (adding one is one entry), and the record of how to solve that names one."""
+"""List all methods by name, and check the arguments with which a scene is solved.
+
+A new method needs one entry in this module.
+"""
 
 import difflib
 import reprlib
@@ -13,13 +16,23 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
 
-_VARYING = frozenset({"dilatancy"})  #: What methods of a constant dilatancy refuse.
-_MOST = _VARYING | {"strength", "forces", "space"}  #: What the bracket does.
+#: Properties of scenes that methods of constant dilatancy do not support.
+_VARYING = frozenset({"dilatancy"})
 
-#: A vertex has joints without normal force, which the loop then locks: it prefers interior points.
+#: Properties of scenes that the bracket does not support.
+_MOST = _VARYING | {"strength", "forces", "space"}
+
+#: Solvers of the loop. It prefers interior points: at a vertex some joints have no normal force, and the loop
+#: would lock them.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
+
+#: Solver of methods that work on the matrices.
 _NEWTON = {MATRICES: ("newton",)}
+
+#: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
+
+#: Solver of the bracket.
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
@@ -29,83 +42,113 @@ _ALL = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
-    _lowest("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
-    _own("compliant", "push.compliant:compliant", "push.compliant:CompliantOptions", _NEWTON),
+    _lowest(
+        "coulomb", "coulomb.method:coulomb", "coulomb.method:CoulombOptions", _NEWTON, refuses=frozenset()
+    ),
+    _own("incremental", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
-    _lowest("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
     _lowest(
         "global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST
     ),
 )
 
+#: All methods by name.
 METHODS = {method.name: method for method in _ALL}
 
-DEFAULT = "mcp"  #: The method of whoever names none.
+DEFAULT = "coulomb"  #: Name of the default method.
 
-#: What is said with a method and is no option of it.
-_BESIDE = ("scene", "method", "model", "solver", "tolerance", "expected", "load_case", "progress", "phases")
+#: Present names of methods, by their names in former versions.
+FORMER_METHODS = {
+    "mcp": "called 'coulomb'",
+    "compliant": "called 'incremental'",
+    "refined": "the option search=SECONDS of method 'coulomb'",
+}
+
+#: Names of arguments of ``solve`` and of other functions that are no options of a method.
+_BESIDE = (
+    "scene",
+    "method",
+    "model",
+    "solver",
+    "tolerance",
+    "incremental",
+    "load_case",
+    "progress",
+    "phases",
+)
 
 
 @dataclass(frozen=True)
 class HowToSolve:
-    """What :func:`~masonry_opt.analysis.solve` is told beside the scene, as it was told.
+    """Arguments of :func:`~masonry_opt.analysis.solve` without the scene.
 
-    Raises OptionError if something of it is unknown or not available, whatever the scene.
+    Raises OptionError if an argument is unknown or not available, whatever the scene.
     """
 
     method: str = DEFAULT
     model: str | None = None
     solver: str | None = None
     tolerance: float | None = None
-    expected: bool = True
-    options: Mapping[str, Any] = field(default_factory=dict)  #: the method's own, by name
+    incremental: bool = True
+    options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
 
     def __post_init__(self) -> None:
-        if not isinstance(self.expected, bool):
-            raise OptionError(f"expected must be True or False (found {self.expected!r})")
+        if not isinstance(self.incremental, bool):
+            raise OptionError(f"incremental must be True or False (found {self.incremental!r})")
         _ = self.chosen, self.own_options, self.engine
 
     def refuse_functions(self) -> None:
-        """Raise OptionError if an option is a function, which no worker can be sent."""
+        """Raise OptionError if an option is a function, which cannot be sent to a worker process."""
         for name, value in self.options.items():
             if callable(value):
                 raise OptionError(f"option '{name}': a function is for a single scene, not for many")
 
     @cached_property
     def chosen(self) -> Method:
-        """The method."""
+        """Return the method. Raises OptionError if the name is unknown or no longer used."""
+        if isinstance(self.method, str) and self.method in FORMER_METHODS:
+            raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
             raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")
         return METHODS[self.method]
 
     @cached_property
     def own_options(self) -> Any:
-        """The method's options; None if it has none."""
+        """Return the method's options; None if it has no options.
+
+        Raises OptionError if an option is unknown or has a wrong value.
+        """
         method = self.chosen
         known = list(method.options.model_fields) if method.options else []
         for option in self.options:
+            if option == "expected":
+                raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
                 raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
         try:
-            # What goes on from a result takes its solution.
-            given = {name: getattr(of, "solution", of) for name, of in self.options.items()}
-            return method.options(**given) if method.options else None
+            # If an option is a result, the method takes the solution of the result.
+            values = {name: getattr(value, "solution", value) for name, value in self.options.items()}
+            return method.options(**values) if method.options else None
         except ValidationError as error:
-            # Of an option that may be one of several things, what is said of the first will do.
+            # An option of several types has one error for each type. Only the first error is reported.
             wrong = {
                 ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
                 for item in reversed(error.errors())
             }
-            said = [f"option '{option}': {words}" if option else words for option, words in wrong.items()]
-            raise OptionError(f"method '{method.name}': {'; '.join(said)}") from None
+            parts = [f"option '{option}': {text}" if option else text for option, text in wrong.items()]
+            raise OptionError(f"method '{method.name}': {'; '.join(parts)}") from None
 
     @cached_property
     def engine(self) -> Solver:
-        """The solver, with its tolerance."""
+        """Return the solver, with its tolerance.
+
+        Raises OptionError if a name is no text, or if the solver is not available. Raises OptionError too if
+        the method does not take the model, the solver or a tolerance.
+        """
         method, model = self.chosen, self.model
-        for what, given in (("model", model), ("solver", self.solver)):
-            if not isinstance(given, str | None):
-                raise OptionError(f"{what} must be a name (found {given!r})")
+        for argument, value in (("model", model), ("solver", self.solver)):
+            if not isinstance(value, str | None):
+                raise OptionError(f"{argument} must be a name (found {value!r})")
         model = model or next(iter(method.solvers))
         if model in MODELS and model not in method.solvers:
             raise OptionError(
@@ -129,30 +172,42 @@ class HowToSolve:
 
     @cached_property
     def of_dead_load(self) -> Solver:
-        """The solver that decides whether a scene stands: a quick one where the method brings its own."""
+        """Return the solver that decides if a scene is stable under its dead load.
+
+        It is a quick solver if the method sets its own tolerances and the user names no solver.
+        """
         quick = self.solver is None and self.chosen.own_tolerances
         return find_solver("cvxpy", None) if quick else self.engine
 
 
 def _instead(option: str, known: Iterable[str]) -> str:
-    """What to write in place of an option that a method does not have."""
-    if homes := _homes(option):
+    """Return the end of the error for an option that a method does not have, with advice for the user."""
+    homes = _homes(option)
+    if homes:
         return f"; methods that have it: {', '.join(homes)}"
-    if close := difflib.get_close_matches(option, [*known, *_BESIDE], n=1):
+    close = difflib.get_close_matches(option, [*known, *_BESIDE], n=1)
+    if close:
         return f"; did you mean '{close[0]}'?"
-    others = [other for has in METHODS.values() if has.options for other in has.options.model_fields]
-    if close := difflib.get_close_matches(option, others, n=1):
+    others = [name for method in METHODS.values() if method.options for name in method.options.model_fields]
+    close = difflib.get_close_matches(option, others, n=1)
+    if close:
         return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
     return f"; it has: {', '.join(known) or 'none'}"
 
 
 def _homes(option: str) -> list[str]:
-    return [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
+    """Return the names of the methods that have an option."""
+    classes = {name: method.options for name, method in METHODS.items()}
+    return [name for name, options in classes.items() if options and option in options.model_fields]
 
 
 def _takers(name: str | None) -> str:
-    """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
-    known = [entry for (_, called), entry in SOLVERS.items() if called == name]
+    """Return the end of the error for a solver that a method does not take: the methods that take it.
+
+    If several modelling languages have the solver, the methods are those of the first language. For unknown
+    solvers the methods are those that take any solver of CVXPY.
+    """
+    known = [entry for (_, solver), entry in SOLVERS.items() if solver == name]
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
         return f"; methods that take it, with model '{known[0].language}': {takers}"
@@ -160,5 +215,6 @@ def _takers(name: str | None) -> str:
     return f"; methods of linear programs, which take others: {others}"
 
 
-def _names(of: Callable[[Method], bool]) -> str:
-    return ", ".join(name for name, method in METHODS.items() if of(method))
+def _names(is_listed: Callable[[Method], bool]) -> str:
+    """Return the names of the methods for which a condition is True, as text."""
+    return ", ".join(name for name, method in METHODS.items() if is_listed(method))

@@ -1,4 +1,4 @@
-"""The interface of every method: a task in, a solution out."""
+"""Define the interface of all methods: each takes a task and returns a solution."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,13 +14,16 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
-#: Called with every step of a method, as it is recorded in the history.
+#: Function that is called with each step of a method, as the history records it.
 Progress = Callable[[Any], None]
 
 
 class Options(BaseModel):
-    """Options of a method. Unknown names, wrong types and values out of range raise
-    pydantic.ValidationError, which ``mo.solve`` turns into OptionError."""
+    """Options of a method.
+
+    Unknown names, wrong types and values out of range raise pydantic.ValidationError. ``mo.solve`` turns this
+    error into OptionError.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -29,23 +32,26 @@ class Options(BaseModel):
 class Task:
     """Arguments of a method."""
 
-    problem: Problem  #: of a scene that stands
+    problem: Problem  #: problem of a scene that is stable under its dead load
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
-    options: Any = None  #: the method's own; None if it has none
-    effort: Effort = field(default_factory=Effort)  #: where time, programs and solvers are counted
+    options: Any = None  #: options of the method; None if it has no options
+    effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Programs of earlier analyses, of problems that differ in the joints' law alone.
+    #: Compiled programs of earlier analyses, for problems that differ only in the law of their joints.
     kept: Kept = field(default_factory=Kept)
-    #: What method "compliant" found of the problem; None where it was not wanted.
-    expected: Solution | None = None
+    #: Solution of the problem by method "incremental"; None if it is switched off.
+    incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """The same task for another method, its effort counted with this one's."""
+        """Return this task for another method; both tasks share one count of their effort."""
         return replace(self, options=options, solver=solver or self.solver)
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """A solution to start from. Raises OptionError if it is of another scene or has no forces."""
+    """Return a solution as a start for a problem, without its history.
+
+    Raises OptionError if the solution has no forces, or if it belongs to another scene.
+    """
     if solution.q is None or solution.d is None:
         raise OptionError("option 'start': the result has no forces to start from")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
@@ -55,38 +61,40 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
 
 @dataclass(frozen=True)
 class Method:
-    """Description of a method."""
+    """Entry of a method in the registry."""
 
-    name: str
-    runs: str  #: the analysis, as module:name within ``methods``
-    takes: str = ""  #: the class of its options, alike; "" for none
-    #: By model (one of ``MODELS``) names of those it can use, its default first; empty for any of linear
-    #: programs. The first model is the method's default.
+    name: str  #: name of the method, as users write it
+    runs: str  #: function of the analysis, as module:name within ``methods``
+    takes: str = ""  #: class of the options, as module:name within ``methods``; "" without options
+    #: Names of the solvers that the method can use, by model (one of ``MODELS``), the default first. An empty
+    #: tuple stands for all solvers of linear programs. The first model is the method's default.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
-    associative: bool = False  #: whether its answer is that of associative flow
-    #: Whether it looks for the lowest exact Coulomb state. A lower one found elsewhere is a better answer.
+    associative: bool = False  #: True if the method's answer is that of associative flow
+    #: True if the method looks for the lowest exact Coulomb state. A lower state from elsewhere is a better
+    #: answer of such a method.
     seeks_lowest: bool = False
-    own_tolerances: bool = False  #: whether it sets the tolerances of its solvers itself
-    #: What it does not know: "dilatancy" that falls with stress, joints of limited "strength", limited
-    #: "forces", such as ties, scenes in "space".
+    own_tolerances: bool = False  #: True if the method sets the tolerances of its solvers
+    #: Properties of scenes that the method does not support: "dilatancy" that falls with stress, joints of
+    #: limited "strength", limited "forces" such as ties, and scenes in "space".
     refuses: frozenset[str] = frozenset()
 
     @property
     def run(self) -> Callable[[Task], Solution]:
-        """The analysis, imported when first asked for: modelling languages take seconds."""
+        """Return the function of the analysis; its module is imported late, since this may take seconds."""
         return _named(self.runs)
 
     @property
     def options(self) -> type[Options] | None:
-        """Class of its own options; None if it has none."""
+        """Return the class of the method's options; None if it has no options."""
         return _named(self.takes) if self.takes else None
 
     def solved_by(self, entry: SolverEntry) -> bool:
-        """Whether it can use a solver."""
+        """Return True if the method can use a solver."""
         allowed = self.solvers.get(entry.language)
         return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
 
 
-def _named(where: str) -> Any:
-    module, name = where.split(":")
+def _named(path: str) -> Any:
+    """Return the object at a path, written as module:name within ``methods``."""
+    module, name = path.split(":")
     return getattr(import_module(f"masonry_opt.methods.{module}"), name)

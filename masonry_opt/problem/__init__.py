@@ -1,1 +1,1 @@
-"""The limit analysis problem as matrices, and the residuals of an answer to it."""
+"""The limit analysis problem as matrices: equilibrium, joint laws, loads, and residuals of states."""

@@ -1,69 +1,89 @@
-"""Statics and kinematics as linear forms in edge forces and edge openings."""
+"""Write the statics and kinematics of a plane problem as linear forms in edge forces and edge openings.
+
+The forms are the factors of the products in the relaxation of :mod:`masonry_opt.models.pyomo_products`.
+"""
 
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import product as every
+from itertools import product
 
 import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-Form = dict[int, float]  #: A linear form: coefficients by number of the factor.
-_NOTHING = 1e-14  #: Coefficients below this are rounding.
+Form = dict[int, float]  #: A linear form: the coefficient of each factor, by the factor's number.
+
+#: Size below which a coefficient of B counts as zero. Entries of B are near one, and smaller ones are
+#: rounding.
+_ZERO_COEFFICIENT = 1e-14
 
 
 class EdgeFactors:
-    """Numbers of the factors of statics and of kinematics, and the rows that they meet.
+    """Numbering of the unknowns of statics and of kinematics, and the rows of equations in these unknowns.
 
-    Statics: x₂ = n₁, x₃ = n₂ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
-    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p; p₀ and p₁ where
-    it slides. ``forces``, ``load_factor``, ``one`` and ``rates``, ``velocities``, ``unit`` number them;
-    ``signed`` factors of statics may be negative, products of ``at_rest`` are zero in Coulomb states.
+    An unknown, or the constant 1, is called a *factor*.
+
+    - Statics: x₂ = n₁, x₃ = n₂ and z₀ of each joint, then λ, then 1. Here z₀ is the slack of sliding in the
+      positive sense, or the shear s if the joint cannot slide.
+    - Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. Here u = 2 p are the openings of the edges by
+      rocking, and p₀ and p₁ the sliding rates; a joint that cannot slide has no number for them.
+
+    ``forces``, ``load_factor`` and ``one`` are the numbers of the factors of statics; ``rates``,
+    ``velocities`` and ``unit`` those of kinematics. The factors in ``signed`` may be negative. Products of
+    the pairs in ``at_rest`` are zero by complementarity, eq. (8).
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         c = problem.joints
         self.forces = range(3 * c)
-        self.load_factor, self.one = 3 * c, 3 * c + 1
+        self.load_factor = 3 * c
+        self.one = 3 * c + 1
         self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
         self.unit = self.velocities.stop
-        self._of_block = problem.layout.rows
+        self._rows_per_block = problem.layout.rows
         self._touches = problem.matrices.ends.toarray()
         slides = self._slides = np.isin(np.arange(c), problem.sliding).tolist()
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        of_slide = np.zeros((3, c))
-        of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
-        self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
+        # Properties of all joints, zero if a joint cannot slide.
+        properties = np.zeros((3, c))
+        properties[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
+        self._friction, self._cohesion, self._dilatancy = properties.tolist()
         self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
-        """Factors of statics of a joint."""
+        """Return the numbers of a joint's forces."""
         return range(3 * joint, 3 * joint + 3)
 
     def rates_of(self, joint: int) -> range:
-        """Rates of a joint."""
+        """Return the numbers of a joint's rates."""
         return range(4 * joint, 4 * joint + (4 if self._slides[joint] else 2))
 
     def velocities_of(self, block: int) -> range:
-        """Velocities of a block."""
-        return self.velocities[self._of_block * block :][: self._of_block]
+        """Return the numbers of a block's velocities."""
+        return self.velocities[self._rows_per_block * block :][: self._rows_per_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
-        """Products of the forces of one joint and the rates of another that are not zero."""
-        products = every(self.forces_of(first), self.rates_of(second))
-        return (pair for pair in products if pair not in self.at_rest)
+        """Return pairs of a force of the first joint and a rate of the second.
+
+        Pairs whose product is zero by complementarity are left out.
+        """
+        pairs = product(self.forces_of(first), self.rates_of(second))
+        return (pair for pair in pairs if pair not in self.at_rest)
 
     def motion_of(self, joint: int) -> list[int]:
-        """Velocities of the blocks of a joint."""
+        """Return the numbers of the velocities of the blocks that a joint touches."""
         blocks = np.flatnonzero(self._touches[:, joint]).tolist()
         return [e for block in blocks for e in self.velocities_of(block)]
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
-        """z₁ = 2 (c + μ n) − z₀ ≥ 0 by the rate p₁ that it is complementary to."""
+        """Return the slacks z₁ = 2 (c + μ n) − z₀ ≥ 0 of sliding in the negative sense.
+
+        The key of each form is the rate p₁ that is complementary to it.
+        """
         forms = {}
         for j in self.problem.sliding.tolist():
             first, second, slack = self.forces_of(j)
@@ -73,20 +93,26 @@ class EdgeFactors:
         return forms
 
     def equilibrium(self) -> Iterator[Form]:
-        """B q + λ f_L + f_D = 0, a row for each component of each block."""
+        """Yield equilibrium B q + λ f_L + f_D = 0, one row for each component of each block."""
         x2, x3, s = self._columns
         for row, (live, dead) in enumerate(zip(self.problem.live, self.problem.dead, strict=True)):
             form: Form = {self.load_factor: float(live), self.one: float(dead)}
-            for j in np.flatnonzero(self._touches[row // self._of_block]).tolist():
+            for j in np.flatnonzero(self._touches[row // self._rows_per_block]).tolist():
                 first, second, third = self.forces_of(j)
                 shear = float(s[row, j])
-                form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))
+                form[first] = float(x2[row, j]) + self._friction[j] * shear
+                form[second] = float(x3[row, j]) + self._friction[j] * shear
                 form[third] = -shear if self._slides[j] else shear
                 form[self.one] += self._cohesion[j] * shear
-            yield {i: a for i, a in form.items() if abs(a) > _NOTHING or (i >= self.load_factor and a)}
+            yield {
+                i: a for i, a in form.items() if abs(a) > _ZERO_COEFFICIENT or (i >= self.load_factor and a)
+            }
 
     def compatibility(self) -> Iterator[Form]:
-        """Aᵀd − G v = 0, three rows for each joint: its edges, its slip."""
+        """Yield compatibility Aᵀd − G v = 0, with v = (u, p), three rows for each joint.
+
+        The rows are the openings of its two edges and its slip.
+        """
         for j in range(self.problem.joints):
             rates = self.rates_of(j)
             for kind in range(3):
@@ -94,40 +120,49 @@ class EdgeFactors:
                 if kind < 2:
                     form[rates[kind]] = -1.0
                 if len(rates) == 4:
-                    of_slip = (-self._dilatancy[j],) * 2 if kind < 2 else (1.0, -1.0)
-                    form |= {k: a for k, a in zip(rates[2:], of_slip, strict=True) if a}
+                    slip_terms = (-self._dilatancy[j],) * 2 if kind < 2 else (1.0, -1.0)
+                    form |= {k: a for k, a in zip(rates[2:], slip_terms, strict=True) if a}
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """(Aᵀd) of the edges that cannot but open (ψ ≥ 0), each with the rate u of that edge."""
+        """Yield the opening (Aᵀd) of each edge that can only open, with the rate u of that edge.
+
+        Edges of joints with negative dilatancy, which can also close, are left out.
+        """
         for j in range(self.problem.joints):
             if self._dilatancy[j] >= 0:
                 for edge in range(2):
                     yield self._motion(j, edge), 4 * j + edge
 
     def live_work(self) -> Form:
-        """f_L·d − Σ|f_L| = 0."""
+        """Return the work condition f_L·d − Σ|f_L| = 0."""
         live = self.problem.live
         form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
         return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
+        """Return the motion of one kind of a joint (edge, edge or slip) as a form in the velocities."""
         column = self._columns[kind][:, joint]
-        rows = np.flatnonzero(np.abs(column) > _NOTHING)
+        rows = np.flatnonzero(np.abs(column) > _ZERO_COEFFICIENT)
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """The joint forces q (3c,) of forces x₂, x₃, z₀ (or s)."""
+        """Return the joint forces q, shape (3c,), of the factors x₂, x₃ and z₀ (or s)."""
         problem = self.problem
         x2, x3, last = y.reshape(-1, 3).T.copy()
-        at, n = problem.sliding, x2 + x3
-        last[at] = problem.cohesion + problem.friction * n[at] - last[at]
+        n = x2 + x3
+        sliding = problem.sliding
+        last[sliding] = problem.cohesion + problem.friction * n[sliding] - last[sliding]
         return np.concatenate([x2, x3, last])
 
-    def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
-        """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint (0 where one cannot slide), flat."""
-        problem, table = self.problem, self.problem.table
+    def in_edges(self, p: np.ndarray) -> np.ndarray:
+        """Return rates p of the faces, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, shape (4c,).
+
+        The sliding rates are 0 if the joint cannot slide.
+        """
+        problem = self.problem
+        table = problem.table
         v = np.zeros((problem.joints, 4))
-        v[:, :2] = 2 * of_faces[table.rocks].reshape(2, -1).T
-        v[problem.sliding, 2:] = of_faces[table.slides].reshape(2, -1).T
+        v[:, :2] = 2 * p[table.rocks].reshape(2, -1).T
+        v[problem.sliding, 2:] = p[table.slides].reshape(2, -1).T
         return v.ravel()

@@ -1,6 +1,8 @@
-"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola.
-Cone and parabola have the faces of their sides and chords (see :class:`~.faces.Faces`); slacks and energy are
-by the curve."""
+"""Define the laws of joints: friction by a polygon or a cone, strength by chords or a parabola.
+
+A cone or parabola keeps the faces of its polygon or chords (see :class:`~.faces.Faces`) as unknowns. Its
+slacks and its energy are evaluated on the curve.
+"""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -11,49 +13,66 @@ from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
 class _Limited:
-    """A law of joints."""
+    """Base of the joint laws, which evaluate slacks and energies of one kind of limit."""
 
-    conic = False  #: whether it is a curve, for solvers of conic programs
+    conic = False  #: True if the law is a curve, which needs a solver of conic programs
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
 
 
 class Sides(_Limited):
-    """Coulomb friction with cohesion by senses of sliding, in space sides of a polygon inside the cone.
+    """Coulomb friction with cohesion, one linear condition for each sense e of sliding.
 
-    factor (c + μ n) − e·s ≥ 0    for each sense e
+        factor (c + μ n) − e·s ≥ 0
+
+    In space the senses are the sides of a polygon inside the friction cone.
     """
 
     @property
     def word(self) -> str:
-        """What a result calls it; nothing in the plane, where there is no other."""
+        """Return the name of the law in results, empty in the plane, where there is no choice."""
         return self.layout.word
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Energy of sliding short of yield: slacks and rates (senses, k), n (k,) and shears (shears, k)."""
+        """Return the energy of joints that slide below the shear limit.
+
+        Parameters
+        ----------
+        z, slides : ndarray, shape (senses, k)
+            Slacks and rates of the senses of sliding.
+        n : ndarray, shape (k,)
+            Normal forces.
+        shears : ndarray, shape (shears, k)
+            Shear forces.
+        """
         return float(np.abs(z * slides).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """What the shear limit dissipates at rates of the senses (senses, k), over it, shape (k,)."""
+        """Return the slip of each joint, shape (k,), for rates of the senses, shape (senses, k).
+
+        The slip times the shear limit is the dissipated power.
+        """
         return np.asarray(self.layout.factor * slides.sum(axis=0))
 
 
 class Cone(Sides):
-    """The cone of friction in space, c + μ n ≥ |(s, t)|, in each of its senses."""
+    """The friction cone in space, c + μ n ≥ |(s, t)|."""
 
     conic = True
     word = "cone"
 
     def slacks(self, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Its slack in all senses, c + μ n − |(s, t)|, shape (k,)."""
+        """Return the slack c + μ n − |(s, t)|, shape (k,), which all senses share."""
         return self._limit(n) - np.hypot(*shears)
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
+        """Return the energy of joints that slide below the shear limit; see :meth:`Sides.energy`."""
         work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
         return float(np.abs(self._limit(n) * self.speed(slides) - work).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
+        """Return the magnitude of the slip of each joint, shape (k,)."""
         return np.hypot(*(self.layout.senses.T @ slides))
 
     def _limit(self, n: np.ndarray) -> np.ndarray:
@@ -61,69 +80,88 @@ class Cone(Sides):
 
 
 class Chords(_Limited):
-    """Limited strength by chords of the parabola at both points (see :data:`~.faces.CHORDS`)."""
+    """Limited strength by chords of the parabola at both points of a joint (see :data:`~.faces.CHORDS`)."""
 
     word = "chords"
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Energy of crushing short of yield: slacks and rates (2, l, chords), and n at points (2, l)."""
+        """Return the energy of joints that crush below their strength.
+
+        Parameters
+        ----------
+        z, p : ndarray, shape (2, l, chords)
+            Slacks and rates of the chords.
+        at_points : ndarray, shape (2, l)
+            Normal forces at the points of the joints.
+        """
         return float(np.abs(z * p).sum())
 
 
 class Parabola(Chords):
-    """The parabola itself, 2 n₁, 2 n₂ ≥ n² / (f_c L): the paper's |m| ≤ L/2 (n − n² / (f_c L))."""
+    """Limited strength by the parabola: 2 n₁, 2 n₂ ≥ n² / (f_c L).
+
+    This is the paper's |m| ≤ L/2 (n − n² / (f_c L)).
+    """
 
     conic = True
     word = "parabola"
 
     def slacks(self, at_points: np.ndarray) -> np.ndarray:
-        """Its slack at each point in all chords, shape (2, l)."""
+        """Return the slack at each point, shape (2, l), which all chords of the point share."""
         slacks: np.ndarray = self.layout.points * at_points
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
+        """Return the energy of joints that crush below their strength; see :meth:`Chords.energy`."""
         first, second = at_points
-        opening, turning = (p.sum(axis=0) * CHORDS.slope).sum(axis=1), (p[1] - p[0]).sum(axis=1)
-        given = crushing_energy(opening, turning) * self.law.crushing_force
-        taken = -(first + second) * opening - (second - first) * turning
-        return float(np.abs(given - taken).sum())
+        opening = (p.sum(axis=0) * CHORDS.slope).sum(axis=1)
+        turning = (p[1] - p[0]).sum(axis=1)
+        dissipated = crushing_energy(opening, turning) * self.law.crushing_force
+        work = -(first + second) * opening - (second - first) * turning
+        return float(np.abs(dissipated - work).sum())
 
 
 class Forms(NamedTuple):
-    """The laws of friction and of strength."""
+    """The classes that evaluate friction and strength."""
 
     friction: type[Sides] = Sides
     strength: type[Chords] = Chords
 
 
-BY_FACES = Forms()  #: As linear programs take them.
+#: Polygons for friction and chords for strength, as linear programs need them.
+BY_FACES = Forms()
 
 
 @dataclass(frozen=True)
 class Law:
-    """Friction and strength of the joints that have any limit, and limits of forces."""
+    """Friction and strength of the joints, and limits of the limited forces, in dimensionless units."""
 
     sliding: np.ndarray  #: indices of the joints that can slide (friction is limited), shape (k,)
     friction: np.ndarray  #: μ of the joints that can slide, shape (k,)
-    cohesion: np.ndarray  #: of the joints that can slide, as a force (per unit length × L), shape (k,)
-    dilatancy: np.ndarray  #: tan φ₀ of the joints that can slide, shape (k,)
-    #: Normal forces up to which the dilatancy is whole, and from which there is none (``inf``: it does not
-    #: depend on them), shape (k, 2).
+    cohesion: np.ndarray  #: cohesion of these joints as a force (per unit length × L), shape (k,)
+    dilatancy: np.ndarray  #: tan φ₀ of these joints, shape (k,)
+    #: Normal force up to which the dilatancy is full, and normal force from which it is zero, shape (k, 2).
+    #: Both are ``inf`` if the dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: f_c L, the normal force that crushes all of such a joint, shape (l,)
-    #: Limits of the limited forces, ±``inf`` where there is none, shape (t,).
+    #: Lower limits of the limited forces, −``inf`` if there is none, shape (t,).
     lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    #: Upper limits of the limited forces, ``inf`` if there is none, shape (t,).
     highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    forms: Forms = BY_FACES  #: by which laws friction and strength are measured
+    forms: Forms = BY_FACES  #: the forms, curve or polygon, in which friction and strength are evaluated
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:
-        """Whether the dilatancy of any joint falls with its normal force."""
+        """Return True if the dilatancy of some joint falls with its normal force."""
         return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """tan φ₀ of those that can slide, (k,), under normal forces n of all joints, (c,): section 6.5."""
+        """Return the dilatancy tan φ₀ of the joints that can slide, shape (k,): section 6.5 of the paper.
+
+        ``n`` are the normal forces of all joints, shape (c,). The dilatancy falls linearly between the two
+        forces of ``dilatancy_force``.
+        """
         depends = np.isfinite(self.dilatancy_force[:, 1])
         full, none = self.dilatancy_force[depends].T
         share = np.ones(len(self.sliding))

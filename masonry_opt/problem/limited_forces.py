@@ -1,5 +1,8 @@
-"""Limited forces: each a column of B on a line of its own, with two faces, ``T − lowest ≥ 0`` and
-``highest − T ≥ 0``, and no friction."""
+"""Model limited forces: forces of ties, props, earth and freed supports.
+
+A limited force T has one column of B and no friction. It has two yield conditions:
+``T − lowest ≥ 0`` and ``highest − T ≥ 0``.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +20,7 @@ from masonry_opt.scene.scene import Scene
 
 
 class Role(StrEnum):
-    """What exerts a limited force."""
+    """Kinds of limited forces."""
 
     TIE = "tie"
     PROP = "prop"
@@ -27,12 +30,12 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Action:
-    """What one unit of a limited force does to a block."""
+    """Force and moment that one unit of a limited force exerts on a block."""
 
     block: int  #: index in the scene's blocks; −1 is the ground
-    point: np.ndarray  #: where it acts, relative to the origin of the shapes, shape (dim,)
+    point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (dim,)
     force: np.ndarray  #: shape (dim,)
-    couple: np.ndarray | float = 0.0  #: moment beside that of the force, shape (1,), in space (3,), or none
+    couple: np.ndarray | float = 0.0  #: further moment, shape (1,), in space (3,); 0 for none
 
 
 @dataclass(frozen=True)
@@ -40,43 +43,63 @@ class LimitedForce:
     """A force T within limits, in the scene's unit of force."""
 
     role: Role  #: T > 0 is tension of a tie, compression of a prop
-    name: str  #: what results call it
-    actions: tuple[Action, ...]  #: on each of its blocks
-    lowest: float = -inf  #: limits of T
-    highest: float = inf
+    name: str  #: its name in results
+    actions: tuple[Action, ...]  #: its actions on blocks, per unit of T
+    lowest: float = -inf  #: lower limit of T
+    highest: float = inf  #: upper limit of T
 
 
 def columns(
     limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray, length_unit: float
 ) -> sp.csr_array:
-    """Columns of B, shape (3b, t), from centroids of all blocks and indices of those that move, (b,)."""
+    """Return the columns of B of limited forces, shape (3b, t).
+
+    ``centroid`` has the centroids of all blocks of the scene, ``movable`` the indices of those that can move,
+    shape (b,).
+    """
     dimension = centroid.shape[1]
     rows = dimension + moments_in(dimension)
-    row_of = {int(block): rows * row for row, block in enumerate(movable)}
-    found = sp.lil_array((rows * len(movable), len(limited)))
+    row_of = {int(block): rows * number for number, block in enumerate(movable)}
+    matrix = sp.lil_array((rows * len(movable), len(limited)))
     for number, force in enumerate(limited):
         for action in force.actions:
             if action.block in row_of:
                 arm = action.point - centroid[action.block]
                 moment = moment_of(arm[None], action.force[None])[0] + action.couple
-                entries, at = np.append(action.force, moment / length_unit), row_of[action.block]
-                found[at : at + rows, [number]] += entries[:, None]
-    return found.tocsr()
+                entries = np.append(action.force, moment / length_unit)
+                row = row_of[action.block]
+                matrix[row : row + rows, [number]] += entries[:, None]
+    return matrix.tocsr()
 
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
-    """The ties and props of a scene. Raises CaseError if an end is not in its block, or both in one place."""
-    # The ground reaches farther than a fixed block that was drawn for it.
-    number_of = {one.name: row for row, one in enumerate(scene.blocks) if not one.fixed or one.name != GROUND}
-    found = []
+    """Return the limited forces of a scene's ties and props.
+
+    Raises
+    ------
+    CaseError
+        If an end does not lie in its block, or both ends are at one point.
+    """
+    # A fixed block named "ground" stands for the whole ground, which reaches farther than the block.
+    number_of = {
+        block.name: number
+        for number, block in enumerate(scene.blocks)
+        if not block.fixed or block.name != GROUND
+    }
+    forces = []
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         role = Role.TIE if isinstance(strut, Tie) else Role.PROP
         ends = [number_of.get(name, -1) for name in strut.between]
         points = [np.array(point) - shapes.origin for point in strut.at]
         for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
             if block >= 0 and shapes.away(block, point) > shapes.tolerance:
-                away = {one.name: shapes.away(row, point) for row, one in enumerate(scene.blocks)}
-                here = " and ".join(f"'{one}'" for one, far in away.items() if far <= shapes.tolerance)
+                distances = [shapes.away(index, point) for index in range(len(scene.blocks))]
+                touching = [
+                    f"'{other.name}'"
+                    for other, distance in zip(scene.blocks, distances, strict=True)
+                    if distance <= shapes.tolerance
+                ]
+                here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
                     f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'none'}: give a "
@@ -90,9 +113,9 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 f"tolerance, {shapes.tolerance:.3g}: give two points of its line"
             )
         towards = (along if role is Role.TIE else -along) / length
-        actions = tuple(Action(b, p, f) for b, p, f in zip(ends, points, (towards, -towards), strict=True))
+        actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))
         lowest = strut.prestress if isinstance(strut, Tie) else 0.0
         highest = inf if strut.strength is None else strut.strength
         name = strut.name or f"{strut.between[0]}|{strut.between[1]}"
-        found.append(LimitedForce(role, name, actions, lowest, highest))
-    return found
+        forces.append(LimitedForce(role, name, actions, lowest, highest))
+    return forces

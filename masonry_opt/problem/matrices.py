@@ -1,4 +1,4 @@
-"""The geometry of a scene as matrices."""
+"""Build the equilibrium matrix of a scene, and index its rows and columns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,13 +14,17 @@ from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
-#: Sides of the polygon inside the cone of friction. Associative and incremental load factors of corner walls
-#: are some 0.2 % lower than by cones; with 12 sides 1 %, with 16 sides 0.5 %. Steps are as many.
+#: Sides of the polygon inside the friction cone. More sides are nearer to the cone and enlarge the programs:
+#: load factors of corner walls are about 0.2 % lower than by the cone, with 16 sides 0.5 %, with 12 sides 1
+#: %.
 SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
-    """Length or area that each of the problem's joints stands for, an equal share of its joint's."""
+    """Return the length or area of each of the problem's joints, shape (c,).
+
+    The contact points of a joint have equal shares of its length or area.
+    """
     return np.asarray((joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint])
 
 
@@ -28,16 +32,17 @@ def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
 class Matrices:
     """Equilibrium of b movable blocks under the forces of c joints and t limited forces."""
 
-    #: Equilibrium matrix, shape (3b, 3c + t); rows fx, fy, moment about the centroid of each block, columns
-    #: n₁ (compression > 0) at the start of all joints, then n₂ at their end, then s, then the limited forces,
-    #: each on a line of its own: of ties, props, earth. The paper's n is n₁ + n₂, its m, about the joint's
-    #: middle, L/2 (n₂ − n₁). In space n of all contact points, then s, then t.
+    #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
+    #: centroid. The columns are n₁ (compression > 0) at the start of all joints, n₂ at their end, s, then the
+    #: limited forces of ties, props and earth. The paper's n is n₁ + n₂; its m, about the joint's middle, is
+    #: L/2 (n₂ − n₁). In space the columns are n of all contact points, then s, then t.
     B: sp.csr_array
-    #: Length of each joint, in space area that a contact point stands for, over the median, which its
-    #: stiffness grows with, shape (c,); 1 where there is none, as of a corner on an edge.
+    #: Length of each joint, in space the area of each contact point, divided by the median, shape (c,). The
+    #: stiffness of elastic contacts is proportional to it. It is 1 for a corner on an edge, which has no
+    #: length.
     extent: np.ndarray
-    length_unit: float  #: what a dimensionless length is multiplied by
-    layout: Layout = PLANE  #: rows of a block and points of a joint, and what goes with them
+    length_unit: float  #: the unit of length, in the scene's own unit
+    layout: Layout = PLANE  #: index conventions of the plane or of space
     limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
@@ -50,76 +55,96 @@ class Matrices:
         length_unit: float,
         limited: Sequence[LimitedForce] = (),
     ) -> "Matrices":
-        """B with lengths in ``length_unit``, of the blocks with these indices. Columns are wrenches of unit
-        forces, s along a joint's tangent, in space t along normal × tangent, reversed on the second block."""
+        """Assemble the matrices of the blocks with the given indices.
+
+        A column of B has the forces and moments that one unit of a joint force exerts on the joint's first
+        block, and the opposite on its second block. The shear s acts along the joint's tangent; in space t
+        acts along normal × tangent. Lengths are divided by ``length_unit``.
+        """
         layout = PLANE if joints.point.shape[1] == 2 else space(SIDES)
         joint, pressed = joints.parts
-        at, count, (normal, *tangents) = joints.point[pressed], len(joint), joints.axes[:, joint]
-        forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
+        points = joints.point[pressed]
+        count = len(joint)
+        normal, *tangents = joints.axes[:, joint]
+        # Point of action and direction of each kind of force: normals at the points, shears at their mean.
+        normal_forces = [(point, normal) for point in points]
+        shears = [(points.mean(axis=0), tangent) for tangent in tangents]
         row_of = np.full(len(shapes.size), -1)
         row_of[movable] = np.arange(len(movable))
         rows, numbers, values = [], [], []
-        for of_joint, sign in ((joints.first, 1.0), (joints.second, -1.0)):
-            block = of_joint[joint]
-            for kind, (place, force) in enumerate(forces):
-                arm = (place - shapes.centroid[block]) / length_unit
-                entries = sign * np.column_stack([force, moment_of(arm, force)])
+        for block_of_joint, sign in ((joints.first, 1.0), (joints.second, -1.0)):
+            block = block_of_joint[joint]
+            for kind, (point, direction) in enumerate([*normal_forces, *shears]):
+                arm = (point - shapes.centroid[block]) / length_unit
+                entries = sign * np.column_stack([direction, moment_of(arm, direction)])
                 rows.append(layout.rows * row_of[block][:, None] + np.arange(layout.rows))
                 numbers.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
                 values.append(entries)
         row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
-        # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
-        stays = (row >= 0) & (value != 0)
+        # Fixed blocks have no rows. Exact zeros, as of axis-aligned joints, are not stored.
+        stored = (row >= 0) & (value != 0)
         shape = layout.rows * len(movable), KINDS * count
-        B = sp.csr_array((value[stays], (row[stays], column[stays])), shape=shape)
+        B = sp.csr_array((value[stored], (row[stored], column[stored])), shape=shape)
         if limited:
             B = sp.hstack([B, columns(limited, shapes.centroid, movable, length_unit)], format="csr")
         share = shares(joints, joint)
-        usual = float(np.median(share[share > 0])) if share.any() else 1.0
-        return cls(B, np.where(share > 0, share / usual, 1.0), length_unit, layout, len(limited))
+        median = float(np.median(share[share > 0])) if share.any() else 1.0
+        return cls(B, np.where(share > 0, share / median, 1.0), length_unit, layout, len(limited))
 
     @property
     def blocks(self) -> int:
-        """Number of movable blocks, b."""
+        """Return the number of movable blocks, b."""
         return self.B.shape[0] // self.layout.rows
 
     @property
     def joints(self) -> int:
-        """Number of joints, c."""
+        """Return the number of joints, c; in space that of contact points."""
         return (self.B.shape[1] - self.limited) // KINDS
 
     @cached_property
     def of_joints(self) -> sp.csr_array:
-        """Columns of B that are of joints, shape (3b, 3c)."""
+        """Return the columns of B of the joints, shape (3b, 3c)."""
         return self.B[:, : KINDS * self.joints] if self.limited else self.B
 
     @cached_property
     def of_limited(self) -> sp.csr_array:
-        """Columns of B that are of limited forces, shape (3b, t)."""
+        """Return the columns of B of the limited forces, shape (3b, t)."""
         return self.B[:, KINDS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Faces where these joints slide, these crush and these forces are bounded: one for all laws."""
-        key = tuple(of.tobytes() for of in (sliding, crushing, *bounded))
+        """Return the yield conditions for given joints that slide, joints that crush and bounded forces.
+
+        Equal arguments return the same object, so that all joint laws share what it has computed.
+        """
+        key = tuple(array.tobytes() for array in (sliding, crushing, *bounded))
         if key not in self._tables:
             self._tables[key] = Faces(self.layout, self.joints, sliding, crushing, bounded)
         return self._tables[key]
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
-        """Loads or velocities, shape (3b,), by block, shape (b, 3)."""
+        """Return loads or velocities, shape (3b,), as an array with one row a block, shape (b, 3)."""
         return of_rows.reshape(-1, self.layout.rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Forces or motions of joints, in those of all columns, shape (3c + t,), by kind, shape (3, c)."""
+        """Return forces or motions of joints, one row for each kind of force, shape (3, c).
+
+        The argument has values of all columns of B, shape (3c + t,).
+        """
         return of_columns[: len(of_columns) - self.limited].reshape(KINDS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Limited forces or their motions, shape (t,), in those of all columns, shape (3c + t,)."""
+        """Return limited forces or their motions, shape (t,).
+
+        The argument has values of all columns of B, shape (3c + t,).
+        """
         return of_columns[len(of_columns) - self.limited :]
 
     @cached_property
     def ends(self) -> sp.csr_array:
-        """1 where a joint (column) is one of a block's (row), shape (b, c)."""
+        """Return the incidence matrix of blocks and joints, shape (b, c).
+
+        An entry is 1 if the joint touches the block.
+        """
         entries = self.of_joints.tocoo()
         at = entries.row // self.layout.rows, entries.col % self.joints
         touched = sp.csr_array((np.ones(entries.nnz), at), shape=(self.blocks, self.joints))
@@ -128,14 +153,17 @@ class Matrices:
 
     @cached_property
     def longest_arm(self) -> np.ndarray:
-        """Longest arm of a joint's force on each block, shape (b,)."""
+        """Return the longest arm of a joint force on each block, shape (b,), in length units."""
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
-        # Where there is none, as of a block that ties alone hold, the unit of length.
+        # A block that is held by ties alone has no joint; its arm is the unit of length.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property
     def part(self) -> np.ndarray:
-        """Number of the part of the scene, connected without supports, that each joint is in, shape (c,)."""
+        """Return the number of the connected component that each joint is in, shape (c,).
+
+        Joints are connected by movable blocks. Supports do not connect them.
+        """
         _, part = connected_components(self.ends.T @ self.ends, directed=False)
         return part

@@ -1,4 +1,7 @@
-"""Numeric rank of an equilibrium matrix, and the forces of a matrix whose columns are independent."""
+"""Compute the numeric rank of an equilibrium matrix, and forces if its columns are independent.
+
+Equilibrium alone fixes all forces if the columns are independent.
+"""
 
 from collections.abc import Iterator
 
@@ -15,16 +18,18 @@ _LEAST_SINGULAR_VALUE = 1e-9
 #: Larger components count as dependent, so that no uniqueness is claimed for them.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Rounds of scaling that bring rows and columns near unit length. More change little; fewer leave long rows.
+#: Rounds of Ruiz scaling, which brings rows and columns near unit length. More rounds change little; fewer
+#: rounds leave rows of very different lengths.
 _SCALING_ROUNDS = 5
 
 
 def has_independent_columns(matrix: sp.csr_array) -> bool:
     """Return True if the columns of a matrix are shown to be linearly independent.
 
-    The structural rank, which any zeros of the matrix bound from above, refutes most scenes at once. It is
-    not enough: two contact points on one edge carry two shears along one line, which no zero reveals.
-    The singular values of each connected component, of scaled rows and columns, decide the others.
+    The structural rank, an upper bound of the rank for any values of the nonzero entries, refutes most scenes
+    at once. It is not sufficient: two contact points on one edge carry two shears along one line, which the
+    positions of the nonzero entries do not reveal. Other scenes are decided by the singular values of each
+    connected component, after scaling rows and columns.
     """
     if structural_rank(matrix) < matrix.shape[1]:
         return False
@@ -33,7 +38,10 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
 
 
 def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
-    """Return the least-squares solutions for right sides, of a matrix with independent columns."""
+    """Return the least-squares solutions of a matrix with independent columns.
+
+    ``right`` has one right side in each column, and the result has one solution in each column.
+    """
     solution = np.zeros((matrix.shape[1], right.shape[1]))
     for rows, columns in _components(matrix):
         component = matrix[rows][:, columns].toarray()
@@ -43,7 +51,10 @@ def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
 
 
 def _components(matrix: sp.csr_array) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the rows and the columns of each connected component: components share no row and no column."""
+    """Yield the rows and the columns of each connected component.
+
+    Components share no row and no column. A component without columns is left out.
+    """
     rows = matrix.shape[0]
     graph = sp.block_array([[None, matrix], [matrix.T, None]], format="csr")
     count, label = connected_components(graph, directed=False)

@@ -1,1 +1,1 @@
-"""Scenes: blocks and joints as a user describes them, and the case files that hold them."""
+"""Scenes as users give them: blocks, joints, loads, files and generators, without any mathematics."""

@@ -1,4 +1,4 @@
-"""The ring of an arch, of which ``[arch]`` and ``[barrel]`` are built, its stones, and the ``[arch]``."""
+"""Define the ring of an arch, used by ``[arch]`` and ``[barrel]``, and the generator ``[arch]``."""
 
 import math
 from collections import Counter
@@ -12,63 +12,71 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-_ROUNDING = 1e-9  #: Relative excess of the rise over half the span that is rounding: a semicircle.
+#: Relative difference of lengths that counts as rounding. An arch whose rise exceeds half the span by less is
+#: a semicircle.
+_LENGTH_TOLERANCE = 1e-9
 
 
 class Stone(NamedTuple):
-    """A stone of a ring, seen from its origin."""
+    """A stone of a ring, relative to the ring's origin."""
 
     name: str
-    corners: list[Point]  #: of a voussoir inner and outer at its first joint, outer and inner at its second
-    area: float | None  #: that weighs; None of a support
-    weight_at: Point | None = None  #: where a voussoir's weight acts
-    back: Point | None = None  #: the middle of a voussoir's outer edge
+    corners: list[Point]  #: of a voussoir: inner and outer at its first joint, outer and inner at its second
+    area: float | None  #: area from which the weight is computed; None for a support
+    weight_at: Point | None = None  #: point where a voussoir's weight acts
+    back: Point | None = None  #: middle of a voussoir's outer edge
     area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
-        """With its points elsewhere."""
-        weight_at, back = (at and point(at) for at in (self.weight_at, self.back))
+        """Return the stone with its points mapped by a function."""
+        weight_at = self.weight_at and point(self.weight_at)
+        back = self.back and point(self.back)
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
 
 
 class _Arc(NamedTuple):
-    """The circle of an arch, of a pointed one that of its left half; directions in radians from there."""
+    """The circle of an arch, in a pointed arch that of its left half.
 
-    centre: Point
+    Directions are in radians, from the centre.
+    """
+
+    centre: Point  #: centre of the circle
     inner: float  #: radius of the intrados
-    radius: float  #: of the centreline
+    radius: float  #: radius of the centreline
     first: float  #: direction of the first joint
-    last: float  #: of the last one, of a pointed arch that of its right half
-    swept: float  #: angle from the first to the last joint, of a pointed arch that of both halves
+    last: float  #: direction of the last joint; in a pointed arch that of the right half
+    swept: float  #: angle from the first to the last joint; in a pointed arch the sum of both halves
 
 
 class ArchRing(AnyGenerator):
     """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
 
-    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Then it is a segment of a
-    circle (``rise`` below half the span), a semicircle (at half), or pointed (above): two arcs with centres
-    on the springing line, of inner radius (span²/4 + rise²)/span, that meet in an upright joint.
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. With span and rise it is a
+    segment of a circle (``rise`` less than half the span), a semicircle (equal) or pointed (more). A pointed
+    arch has two arcs with centres on the springing line, of inner radius (span²/4 + rise²)/span, that meet in
+    an upright joint.
 
     Raises CaseError if the measures make no arch.
 
     Parameters
     ----------
-    radius: Of the centreline; the centre is the origin.
-    angles: Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
-        semicircle whose voussoirs are counted from the left.
-    span, rise: Of the intrados, above the line between its springing points. Voussoirs are counted from the
-        left; those of a pointed arch are even in number.
+    radius: Radius of the centreline; the centre is the origin.
+    angles: Directions of the first and the last joint, in degrees, counter-clockwise from the x axis. ``[180,
+        0]`` is a semicircle whose voussoirs are counted from the left.
+    span, rise: Span and rise of the intrados, above the line between its springing points. Voussoirs are
+        counted from the left; a pointed arch has an even number of them.
     thickness: Radial, less than twice the radius.
     voussoirs: How many.
-    unit_weight: Weight per unit area (where the scene has a ``thickness``: per unit volume).
-    weights: "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
-        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon with
-        straight edges. The polygon is what is drawn in any case.
-    skewbacks: Width of a block at either end, from the arch's sloping foot down to a level bed at the height
-        of the foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
+    unit_weight: Weight per unit area, or per unit volume if the scene has a ``thickness``.
+    weights: Area that the weight is computed from. "sector": the area between two arcs, at its centroid.
+        "centreline": the area of an annular sector, concentrated along the centreline, as in many closed
+        forms. "straight": the polygon with straight edges. The polygon is the shape of the block in all
+        cases.
+    skewbacks: Width of a block at either end, between the sloping foot of the arch, a level bed at the height
+        of the foot's inner end, and an upright back, with the arch's unit weight: for a segmental arch on
         columns.
-    abutments: Whether a fixed abutment is built at either end, under the skewbacks where there are any.
-        Without them the arch stands on other blocks.
+    abutments: True for a fixed abutment at either end, under the skewbacks if there are any. Without
+        abutments the arch is supported by other blocks.
     name: See :class:`~masonry_opt.scene.generator.AnyGenerator`.
     """
 
@@ -97,25 +105,33 @@ class ArchRing(AnyGenerator):
         if self._is_pointed and self.voussoirs % 2:
             odd = f"(found {self.voussoirs})"
             yield f"'rise' is over half of 'span': a pointed arch has an even number of 'voussoirs' {odd}"
-        if not self.thickness < 2 * (radius := self._arc.radius):
+        radius = self._arc.radius
+        if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
+        yield from self._wrong_skewbacks()
+
+    def _wrong_skewbacks(self) -> Iterator[str]:
+        """Yield the mistake in the skewbacks, if there are any."""
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
-            foot, up = self.thickness * -turn * math.cos(angle), math.sin(angle)
-            if up <= _ROUNDING or foot < -_ROUNDING * self.thickness:
+            foot = self.thickness * -turn * math.cos(angle)
+            up = math.sin(angle)
+            if up <= _LENGTH_TOLERANCE or foot < -_LENGTH_TOLERANCE * self.thickness:
                 yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
                 return
-            if self.skewbacks < foot * (1 - _ROUNDING):
+            if self.skewbacks < foot * (1 - _LENGTH_TOLERANCE):
                 yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
                 return
 
     @property
     def _is_pointed(self) -> bool:
-        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
+        """Return True if the arch is pointed."""
+        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _LENGTH_TOLERANCE))
 
     @property
     def _arc(self) -> _Arc:
+        """Return the circle of the arch."""
         if self.radius is not None and self.angles is not None:
             first, last = self.angles
             inner, swept = self.radius - self.thickness / 2, math.radians(abs(last - first))
@@ -133,13 +149,16 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
+        """Return the directions of the first and of the last joint, each with a sign.
+
+        The sign is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
+        """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
         return [(first, -onwards), (last, onwards)]
 
     def _stones(self) -> Iterator[Stone]:
-        """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
+        """Yield the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
             yield shape._replace(name=f"v{number}")
@@ -147,7 +166,7 @@ class ArchRing(AnyGenerator):
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
-                # Between the foot, a level bed and an upright back.
+                # A skewback lies between the sloping foot, a level bed and an upright back.
                 back = inner[0] - turn * self.skewbacks
                 area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
                 corners = [inner, outer, (back, outer[1]), (back, inner[1])]
@@ -162,7 +181,7 @@ class ArchRing(AnyGenerator):
             yield Stone(f"abutment {number}", corners, None)
 
     def _voussoirs(self) -> list[Stone]:
-        """The voussoirs, yet without names."""
+        """Return the voussoirs without their names."""
         arc, count = self._arc, self.voussoirs
         if self._is_pointed:
             joints = [math.pi - arc.swept / count * k for k in range(count // 2)]
@@ -178,11 +197,11 @@ class ArchRing(AnyGenerator):
         return built
 
     def _wedge(self, begin: float, end: float) -> Stone:
-        """A voussoir between radial joints in these directions, in radians, the centre its origin."""
+        """Return a voussoir between radial joints in two directions, in radians, relative to the centre."""
         radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
-        # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
-        # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
+        # The centroid of an annular sector is at the distance `mean * arc` from its centre. The mean is
+        # 2/3 (outer³ - inner³) / (outer² - inner²), in a form that loses no digits for thin rings.
         mean = radius + thickness**2 / (12 * radius)
         arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {
@@ -196,9 +215,16 @@ class ArchRing(AnyGenerator):
         return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
-        """The last voussoir of a pointed arch's left arc, seen from its centre, up to the upright joint."""
-        inner, plumb, thickness, weights = self._arc.inner, -self._arc.centre[0], self.thickness, self.weights
-        radius, outer = inner + thickness / 2, inner + thickness
+        """Return the last voussoir of a pointed arch's left arc, up to the upright joint.
+
+        Its points are relative to the centre of the arc.
+        """
+        inner = self._arc.inner
+        plumb = -self._arc.centre[0]  # distance of the upright joint from the centre
+        thickness = self.thickness
+        weights = self.weights
+        radius = inner + thickness / 2
+        outer = inner + thickness
         crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
         corners = [polar(inner, begin), polar(outer, begin)]
         corners += [polar(outer, crown[outer]), polar(inner, crown[inner])]
@@ -213,14 +239,15 @@ class ArchRing(AnyGenerator):
             return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
         moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
         if weights == "sector":
-            # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
+            # Circular segments between arcs and straight edges add to the polygon outside and reduce it
+            # inside.
             for distance, sign in ((outer, 1.0), (inner, -1.0)):
                 angle = begin - crown[distance]
-                # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
+                # Area of a circular segment, and its moment about the centre, 2/3 r³ sin³(angle/2).
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
                 size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 moment += polar(size, begin - angle / 2)
-        # A stone without any area is refused when the scene is assembled.
+        # A stone without area is refused later, when the scene is assembled.
         centroid = tuple((moment / area).tolist()) if area else back
         return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
 
@@ -231,11 +258,11 @@ def _ratio(area: float, drawn_area: float) -> float:
 
 
 class PointLoad(Record):
-    """A live force on one voussoir, in the middle of its back (the outer edge).
+    """A live force on one voussoir, at the middle of its back (the outer edge).
 
     Parameters
     ----------
-    voussoir: Its number, counted from the first of the arch's angles, or from the left, 1 the first.
+    voussoir: Number of the voussoir, from 1, counted from the first of the arch's angles, or from the left.
     force: ``[fx, fy]``, scaled by the load factor.
     """
 
@@ -246,15 +273,15 @@ class PointLoad(Record):
 class Arch(ArchRing, Generator):
     """An arch in the plane.
 
-    Raises CaseError if the measures make no arch, or a point load names no voussoir.
+    Raises CaseError if the measures make no arch, or a point load is on a voussoir that does not exist.
 
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: See
         :class:`~masonry_opt.scene.arch.ArchRing`.
     point_loads: Live forces on single voussoirs (:class:`PointLoad`).
-    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
-        centre of ``radius``, or half way along ``span``, at the height of the feet's inner ends.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`. The origin is the
+        centre of ``radius``, or the middle of ``span`` at the height of the feet's inner ends.
     """
 
     point_loads: list[PointLoad] = []

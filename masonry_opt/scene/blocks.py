@@ -1,4 +1,4 @@
-"""Blocks and published values: records that are the Python interface and the schema of case files alike."""
+"""Define blocks and published values: records of the Python interface and of case files."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -14,18 +14,18 @@ from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
 else:
-    _ModelType = type(BaseModel)  # the same; its name is not public
+    _ModelType = type(BaseModel)  # ModelMetaclass itself, whose name is not public
 
 _R = TypeVar("_R", bound="Record")
 
-#: Beyond this, squares and products of lengths and forces leave what double precision can carry.
+#: Largest number in a scene. Squares and products of larger lengths and forces would exceed double precision.
 LARGEST_NUMBER = 1e30
 
 
 def _bounded(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:
         raise ValueError(f"must be a number between -{LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
-    return value + 0.0  # no minus before a zero
+    return value + 0.0  # turns -0.0 into 0.0
 
 
 Number = Annotated[float, Strict(), AfterValidator(_bounded)]
@@ -33,19 +33,19 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Keys of which one takes the place of the other in a record.
+#: Pairs of keys that exclude each other in a record: setting the first removes the second.
 INSTEAD = {
     "weight": "unit_weight",
     "unit_weight": "weight",
     "friction_angle": "friction",
     "dilatancy_angle": "dilatancy",
 }
-SHAPES = "'box', or 'vertices' with 'faces'"  #: What gives the shape of a convex solid.
-#: Control characters, line ends, and marks that turn the direction of writing round.
-_UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
-Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
-#: What a person reads about a scene; it may have several lines.
-Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
+SHAPES = "'box', or 'vertices' with 'faces'"  #: Text for the keys that define the shape of a convex solid.
+#: Regular expression class of control characters, line ends, and marks that change the direction of writing.
+_INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
+#: Text about a scene, of one or several lines.
+Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
 def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -60,18 +60,27 @@ Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in o
 
 
 class _Shown:
-    """A record's signature, made when help asks for it: keys with their types, without what checks them."""
+    """Signature of a record class: its keys with types and defaults, without validators.
+
+    It is made when help asks for it.
+    """
 
     def __get__(self, _: object, record: "type[Record]") -> Signature:
-        kinds, shown = get_type_hints(record), []
+        kinds = get_type_hints(record)
+        parameters = []
         for name, field in record.model_fields.items():
             default = Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
-            shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=kinds[name]))
-        return Signature(shown)
+            parameters.append(
+                Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=kinds[name])
+            )
+        return Signature(parameters)
 
 
 class _RecordType(_ModelType):
-    """Metaclass of records: a call with wrong values raises CaseError; those within another make none."""
+    """Metaclass of records, which raises CaseError if a record is called with wrong values.
+
+    A record that pydantic makes inside another record raises no error of its own.
+    """
 
     # mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
@@ -83,20 +92,22 @@ class _RecordType(_ModelType):
             raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
-        """What is a record's own: help and completion leave pydantic's names out."""
+        """Return a record's own names. Help and completion do not show those of pydantic."""
         return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
 
 
 class Record(BaseModel, metaclass=_RecordType):
-    """A frozen record that refuses unknown keys and finds aliases by either name. Raises CaseError, which
-    names the class, the key and the remedy, if it is called with wrong values."""
+    """Frozen record that refuses unknown keys, and accepts a key by its name or its alias.
+
+    A call with wrong values raises CaseError, which names the class, the key and the remedy.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
-    #: Pydantic would read a record where a list is wanted as a list of its keys.
+    #: A record is not iterable, because pydantic would accept it as a list of its keys.
     __iter__ = None  # type: ignore[assignment]
 
-    most_told: ClassVar[int] = 1  #: Mistakes that are told together.
+    most_told: ClassVar[int] = 1  #: Number of mistakes that one error reports.
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -107,35 +118,36 @@ class Record(BaseModel, metaclass=_RecordType):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if mistakes := list(itertools.islice(self._mistakes(), self.most_told)):
+        mistakes = list(itertools.islice(self._mistakes(), self.most_told))
+        if mistakes:
             raise ValueError("; ".join(mistakes))
         return self
 
     def _mistakes(self) -> Iterator[str]:
-        """What is wrong with the values taken together, one sentence a rule."""
+        """Yield a sentence for each rule that the values break together."""
         yield from ()
 
     def replace(self, **changes: Any) -> Self:
-        """A record with other values, checked as a call checks them; this one stays as it is.
+        """Return a copy with other values, which are checked as in a call. This record does not change.
 
-        A mapping changes the keys of a record, or the records of a list, that it names; all else is replaced
-        whole. A key that one record in it alone has needs no mapping. A value takes the place of one that it
-        excludes, as ``unit_weight`` that of ``weight``.
+        A mapping changes only the keys of a record, or the records of a list, that it names. Any other value
+        replaces the old one whole. A key that exactly one nested record has can be given without a mapping. A
+        value removes one that it excludes: ``unit_weight`` removes ``weight``.
 
         Raises CaseError if a call with these values would.
         """
         return type(self)(**self._with(changes))
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy; with ``update`` that of :meth:`replace`."""
+        """Return a copy, with ``update`` that of :meth:`replace`."""
         copied = super().model_copy(deep=deep)
         return copied.replace(**update) if update else copied
 
-    #: Pydantic's older name, which would check nothing.
+    #: Pydantic's older name of this method, which would not check the values.
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """The values that were given, with changes: what a call of its class is given, by aliases."""
+        """Return the given values with changes, by aliases, as arguments of a call of the class."""
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
@@ -147,25 +159,31 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Changes, those of keys that one of its records alone has within that record."""
-        fields, me = type(self).model_fields, called(type(self), vars(self))
+        """Return the changes, with keys that one nested record alone has moved into that record."""
+        fields = type(self).model_fields
+        own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
             return changes
         within = {name: _keys(getattr(self, name)) for name in fields}
         for key in [key for key in changes if key not in fields]:
             holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
             given = changes.get(holders[0], {}) if len(holders) == 1 else None
-            held = isinstance(getattr(self, holders[0]), Record) if holders else False
-            if held and isinstance(given, Mapping) and key not in given:
+            in_record = isinstance(getattr(self, holders[0]), Record) if holders else False
+            if in_record and isinstance(given, Mapping) and key not in given:
                 changes[holders[0]] = {**given, key: changes.pop(key)}
             elif holders:
-                raise CaseError(f"{me}: '{key}' is a key of {' and '.join(holders)}: change it there")
-            elif near := did_you_mean(key, [*fields, *itertools.chain(*within.values())]):
-                raise CaseError(f"{me}: unknown key '{key}'{near}")
+                raise CaseError(f"{own_name}: '{key}' is a key of {' and '.join(holders)}: change it there")
+            else:
+                near = did_you_mean(key, [*fields, *itertools.chain(*within.values())])
+                if near:
+                    raise CaseError(f"{own_name}: unknown key '{key}'{near}")
         return changes
 
     def _changed(self, name: str, change: Any) -> Any:
-        """What takes the place of a value: of a mapping what it leaves of a record, or a list of them."""
+        """Return the new value of a key.
+
+        A mapping changes the record, or the named records of the list, that is the old value.
+        """
         old = getattr(self, name, None)
         if not isinstance(change, Mapping):
             return change
@@ -175,7 +193,8 @@ class Record(BaseModel, metaclass=_RecordType):
         named = [entry.name for entry in entries if getattr(entry, "name", None)]
         if not named:
             return change
-        if unknown := [key for key in change if key not in named]:
+        unknown = [key for key in change if key not in named]
+        if unknown:
             near = did_you_mean(unknown[0], named)
             raise CaseError(f"{called(type(self), vars(self))}: '{name}' has none named '{unknown[0]}'{near}")
         new = [(entry, change.get(entry.name, entry)) for entry in entries]
@@ -190,13 +209,14 @@ class Record(BaseModel, metaclass=_RecordType):
         raise self._stays(name, "deleted")
 
     def _stays(self, name: str, how: str) -> CaseError:
+        """Return the error of an attempt to change a record."""
         why = f"'{name}' cannot be {how}, a record stays as it was made"
         instead = f"replace({name}=...) makes another, and replace of a scene one with that in it"
         return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
 
 
 def _keys(value: Any) -> set[str]:
-    """Keys of a record, or of records in a list those that were given."""
+    """Return the keys of a record, or the given keys of the records of a list."""
     if isinstance(value, Record):
         return set(type(value).model_fields)
     records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []
@@ -204,11 +224,12 @@ def _keys(value: Any) -> set[str]:
 
 
 class Body(Record):
-    """What blocks in the plane and in space have in common; the fields are those of the records below it."""
+    """Fields and rules that blocks in the plane and blocks in space share."""
 
-    #: Keys of its loads: what a fixed block has none of, and what does not tilt.
+    #: Keys of the loads on a block. A fixed block must have none of them, and neither must a scene that is
+    #: tilted.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
-    dimension: ClassVar[Literal[2, 3]] = 2  #: Numbers of its points.
+    dimension: ClassVar[Literal[2, 3]] = 2  #: Coordinates of a point.
 
     if TYPE_CHECKING:
         name: str
@@ -236,8 +257,13 @@ class Body(Record):
                 yield f"'{force}_at' needs a force '{force}'"
 
     def weight_of(self, size: float) -> float:
-        """Weight of the block, 0 if it has none, given what ``unit_weight`` refers to: its area or volume."""
-        return (self.weight or 0.0) if self.unit_weight is None else self.unit_weight * size
+        """Return the weight of the block, 0 if it has none.
+
+        ``size`` is the area or volume to which ``unit_weight`` refers.
+        """
+        if self.unit_weight is not None:
+            return self.unit_weight * size
+        return self.weight or 0.0
 
 
 class Block(Body):
@@ -245,21 +271,26 @@ class Block(Body):
 
     Lengths and forces are in any consistent units.
 
-    Raises CaseError if a key is unknown, a value no finite number, or shape or weight missing or doubled.
+    Raises CaseError if a key is unknown, a value is not a finite number, or shape or weight are missing or
+    given twice.
 
     Parameters
     ----------
     name: Unique within the scene.
-    vertices: Corners of a polygon in order, ``[[x, y], ...]``, in either direction. It may have notches.
-    parts: In place of ``vertices``, several polygons that are one rigid block, each as there.
+    vertices: Corners of a polygon in order, ``[[x, y], ...]``, clockwise or counter-clockwise. The polygon
+        may have notches.
+    parts: In place of ``vertices``, several such polygons that are one rigid block.
     holes: Polygons that are cut out of the block.
     weight: Dead weight, acting along the scene's gravity.
-    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
+    unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
+        ``thickness``.
     weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and its point (default: the centroid).
-    live_per_weight: Beside it, a live force ``[fx, fy]`` as a multiple of the weight, where the weight acts.
-    dead, dead_at: Further dead force beside the weight, and the point where it acts (default: the centroid).
-    fixed: A support: it does not move and needs no weight.
+    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and the point where it acts (default:
+        the centroid).
+    live_per_weight: Further live force ``[fx, fy]`` as a multiple of the weight, acting where the weight
+        acts.
+    dead, dead_at: Dead force in addition to the weight, and the point where it acts (default: the centroid).
+    fixed: True for a support, which does not move and needs no weight.
     """
 
     name: Name
@@ -283,17 +314,20 @@ class Block(Body):
 
     @property
     def rings(self) -> list[list[Point]]:
-        """Outlines of its parts."""
+        """Return the outlines of the parts."""
         return self.parts or [self.vertices or []]
 
     def corners(self) -> np.ndarray:
-        """Corners of its parts, shape (corners, 2)."""
+        """Return the corners of the parts, shape (corners, 2)."""
         return np.array([point for ring in self.rings for point in ring], dtype=float)
 
 
 class Reference(Record):
-    """A known number, with its source and the relative tolerance a computed one must meet. Reports show it as
-    published, unless the source begins "by hand" or "by an independent" (computation)."""
+    """A known value, with its source and the relative tolerance for a computed one.
+
+    Reports show it as published, unless the source begins with "by hand" or "by an independent"
+    (computation).
+    """
 
     value: Number
     source: Text
@@ -301,5 +335,5 @@ class Reference(Record):
 
 
 def rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
-    """Corners of an upright rectangle, counter-clockwise from the lower left."""
+    """Return the corners of an upright rectangle, counter-clockwise from the lower left."""
     return [(left, bottom), (right, bottom), (right, top), (left, top)]

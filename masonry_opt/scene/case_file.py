@@ -1,4 +1,4 @@
-"""Case files: TOML or JSON to a scene and back, with errors that name file, key and block."""
+"""Read TOML or JSON case files as scenes, and write them, with errors that name file, key and block."""
 
 import json
 from collections.abc import Iterator
@@ -25,21 +25,24 @@ from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
 
-#: One table of a generator, [arch], or several of them, [[arch]].
+#: One table of a generator, [arch], or a list of such tables, [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
 class MeshTable(AsDrawn):
-    """A table of a case file that stands for the blocks of a mesh in a file beside it: with supports, axes
-    and unit as :func:`read_mesh` takes them, and weight and live load of each as of a :class:`Solid`."""
+    """A table of a case file that stands for the blocks of a mesh in another file.
 
-    file: Text  #: its path, from the folder of the case file
+    Supports, axes and unit are those of :func:`read_mesh`. Weight and live load of each block are those of a
+    :class:`Solid`.
+    """
+
+    file: Text  #: path of the mesh file, relative to the folder of the case file
     unit_weight: NonNegative
     live_per_weight: Vector = (0.0, 0.0, 0.0)
 
 
 class CaseFile(SceneKeys):
-    """A case file: the keys of a scene, generators that expand to blocks, and a mesh that holds them."""
+    """A case file: the keys of a scene, generators of blocks, and a mesh that contains blocks."""
 
     # In a file a key has one name: [[block]], not also [[blocks]].
     model_config = ConfigDict(populate_by_name=False)
@@ -56,42 +59,69 @@ class CaseFile(SceneKeys):
     mesh: MeshTable | None = None
 
     def _mistakes(self) -> Iterator[str]:
-        flat, solid = self._of(Generator), self._of(SolidGenerator)
-        if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
+        flat = self._of(Generator)
+        solid = self._of(SolidGenerator)
+        size = sum(generator.size for generator in [*flat, *solid])
+        if size > MOST_BLOCKS:
             yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
-        first = {block.dimension: f"block '{block.name}'" for block in reversed(self.blocks)}
-        plane = f"{_table(flat[0])} builds blocks" if flat else f"{first[2]} lies" if 2 in first else ""
-        drawn = "[mesh] is of solids" if self.mesh else f"{first[3]} is a solid" if 3 in first else ""
-        space = f"{_table(solid[0])} is of solids" if solid else drawn
+        plane = self._plane_content(flat)
+        space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):
             yield f"{plane} in the plane; {space}"
 
+    def _plane_content(self, generators: list[Generator]) -> str:
+        """Return a clause on the first table with blocks in the plane, empty if there is none."""
+        if generators:
+            return f"{_table(generators[0])} builds blocks"
+        names = [block.name for block in self.blocks if block.dimension == 2]
+        return f"block '{names[0]}' lies" if names else ""
+
+    def _space_content(self, generators: list[SolidGenerator]) -> str:
+        """Return a clause on the first table with solids, empty if there is none."""
+        if generators:
+            return f"{_table(generators[0])} is of solids"
+        if self.mesh:
+            return "[mesh] is of solids"
+        names = [block.name for block in self.blocks if block.dimension == 3]
+        return f"block '{names[0]}' is a solid" if names else ""
+
     @property
     def dimension(self) -> Literal[2, 3]:
-        """Numbers of a point: 3 if the blocks are solids, those of a generator or of a mesh too."""
+        """Return the number of coordinates of a point.
+
+        It is 3 if the blocks are solids, also if they are those of a generator or a mesh.
+        """
         return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
 
     def _of(self, kind: type[_G]) -> list[_G]:
-        """Its generators of a kind."""
+        """Return the generators of a class."""
         values = (getattr(self, name) for name in type(self).model_fields)
-        return [one for value in values if isinstance(value, list) for one in value if isinstance(one, kind)]
+        lists = (value for value in values if isinstance(value, list))
+        return [record for records in lists for record in records if isinstance(record, kind)]
 
     def tables_with_old_live(self) -> list[str]:
-        """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
-        return list(dict.fromkeys(_table(one) for one in self._of(Generator) if any(one.live)))
+        """Return the generators that give ``live_per_weight`` by its old name ``live``.
+
+        Elsewhere ``live`` is a force.
+        """
+        with_old_name = [generator for generator in self._of(Generator) if any(generator.live)]
+        return list(dict.fromkeys(map(_table, with_old_name)))
 
     def scene(self) -> Scene:
-        """The scene, generators and mesh expanded after the blocks written out. Raises ValidationError if
-        these make no scene, CaseError if a generator cannot build its own or the mesh cannot be read."""
+        """Return the scene, with the blocks of generators and mesh after those that are written out.
+
+        Raises ValidationError if these make no scene. Raises CaseError if a generator cannot build its blocks
+        or the mesh cannot be read.
+        """
         blocks = list(self.blocks)
         for flat in self._of(Generator):
             blocks += flat.blocks()
         for solid in self._of(SolidGenerator):
             blocks += solid.blocks()
-        # Those that were given: what is refused by name is refused whatever its value.
+        # Only the given keys: a scene refuses some keys by name, whatever their value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         if self.mesh:
-            from masonry_opt.scene.drawings.mesh_files import read_mesh  # which few case files need
+            from masonry_opt.scene.drawings.mesh_files import read_mesh  # few case files need this import
 
             given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
             read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **given)
@@ -101,14 +131,16 @@ class CaseFile(SceneKeys):
 
 
 def _table(generator: AnyGenerator) -> str:
+    """Return the name of a generator's table."""
     return f"[{type(generator).__name__.lower()}]"
 
 
 def load(path: str | Path) -> Scene:
-    """Read a case file, ``.toml`` or ``.json`` with the same keys, as a scene with generators expanded;
-    unexpanded they are in its ``case``.
+    """Read a case file, ``.toml`` or ``.json`` with the same keys, as a scene.
 
-    Raises CaseError if the file cannot be read or describes no scene; the message names file, key and block.
+    The blocks of generators are built. The attribute ``case`` of the scene has the file as it was written.
+
+    Raises CaseError if the file cannot be read or describes no scene. The message names file, key and block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -120,13 +152,16 @@ def load(path: str | Path) -> Scene:
         return file.scene().read_from(path, file)
     except ValidationError as error:
         raise wrong_values(error, CaseFile, case, str(path)) from None
-    except CaseError as error:  # of a block that a generator built, or of a mesh
+    except CaseError as error:  # the error of a generated block or of a mesh
         raise CaseError(f"{path}: {error}") from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
-    """A scene, read from its case file if a path is given; in one of its load cases if one is named. Raises
-    CaseError if it is neither, or the case file is wrong; OptionError if it has no such load case."""
+    """Return a scene, read from its case file if a path is given, in one of its load cases if one is named.
+
+    Raises CaseError if the argument is neither a scene nor a path, or the case file is wrong. Raises
+    OptionError if the scene has no such load case.
+    """
     if isinstance(scene, (str, Path)):
         scene = load(scene)
     if isinstance(scene, Scene):
@@ -135,10 +170,11 @@ def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
 
 
 def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None:
-    """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
+    """Write a scene as a case file (TOML, or JSON if the name ends in .json), completely or not at all.
 
-    Raises CaseError if it is no scene, the name ends otherwise or the file cannot be written; OptionError if
-    it would replace a file that was not written here, which is known by a mark in it, unless ``force``.
+    Raises CaseError if the argument is not a scene, if the name has another ending or if the file cannot be
+    written. Raises OptionError if a file exists that was not written by this package, unless ``force`` is
+    True. Files of this package are recognised by a mark in them.
     """
     if not isinstance(scene, Scene | CaseFile):
         raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
@@ -154,13 +190,16 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 
 
 def toml_text(scene: SceneKeys) -> str:
-    """A scene, or the content of a case file, as TOML."""
+    """Return a scene, or the content of a case file, as TOML."""
     return tomli_w.dumps(scene.model_dump(by_alias=True, exclude_defaults=True))
 
 
 def case_folder(named: Path | None = None) -> Path:
-    """The folder named; else ``cases/`` in the current folder if it holds the paper's case files; else the
-    package's own, in a clone beside the package. Raises CaseError if there is none."""
+    """Return the folder of the paper's case files.
+
+    It is the given folder, else ``cases/`` in the current folder if it contains these files, else the folder
+    of the package, in a clone next to the package. Raises CaseError if there is none.
+    """
     if named is not None:
         return named
     package = Path(__file__).parents[1]

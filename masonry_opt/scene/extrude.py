@@ -1,4 +1,4 @@
-"""Scenes in the plane as scenes in space."""
+"""Extrude scenes in the plane to scenes in space."""
 
 import math
 from pathlib import Path
@@ -19,26 +19,27 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 
 _J = TypeVar("_J", Joint, JointDefaults)
+#: Keys of a scene with lists of records that have forces and points.
 _FORCES = ("loads", "ties", "props")
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
-    """A scene in the plane as one in space, from y = 0 to its thickness: the point (x, y) becomes (x, t, y).
+    """Return a scene in the plane as a scene in space, from y = 0 to its thickness: (x, y) becomes (x, t, y).
 
-    Weights, loads and the cohesion of whole joints are what they were, whatever the thickness; forces act in
-    its middle. Friction, dilatancy, exceptions, gravity, tilt and tolerance are kept; published values, which
-    are of the scene in the plane, are left out. Blocks with notches, parts or holes become solids of several
-    convex parts.
+    Weights, loads and the cohesion of whole joints do not depend on the thickness; forces act in the middle
+    of it. Friction, dilatancy, exceptions, gravity, tilt and tolerance are kept. Published values, which
+    belong to the scene in the plane, are left out. Blocks with notches, parts or holes become solids of
+    several convex parts.
 
-    Raises CaseError if a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`), and
-    OptionError if the thickness is no positive number, the scene is in space already, or it has what is of
-    the plane alone: edge loads, ``strength``, ``dilatancy_stress``.
+    Raises CaseError if a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`). Raises
+    OptionError if the thickness is not a positive number, if the scene is already in space, or if it has keys
+    of the plane alone: edge loads, ``strength``, ``dilatancy_stress``.
 
     Parameters
     ----------
-    scene: In the plane, or the path of its case file.
-    thickness: Of the solids (default: that of the scene, with which unit weights and cohesion stay what they
-        are).
+    scene: A scene in the plane, or the path of its case file.
+    thickness: Thickness of the solids. The default is that of the scene, which preserves unit weights and
+        cohesion.
     """
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness
@@ -58,7 +59,10 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         joints=_joint(scene.joints, cohesion),
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
         exceptions=[_joint(joint, cohesion) for joint in scene.exceptions],
-        **{name: [type(one)(**_keys(one, depth)) for one in getattr(scene, name)] for name in _FORCES},
+        **{
+            name: [type(record)(**_keys(record, depth)) for record in getattr(scene, name)]
+            for name in _FORCES
+        },
         load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
         earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
@@ -67,25 +71,29 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
 
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
-    if quake is None or (sideways := scene.sideways(quake.towards)) is None:
+    """Return an earthquake with its direction in space."""
+    if quake is None:
+        return None
+    sideways = scene.sideways(quake.towards)
+    if sideways is None:
         return None
     return quake.replace(direction=_in_space(sideways.tolist()))
 
 
 def _in_space(vector: Any, at: float = 0.0) -> Any:
-    """A vector, or several."""
+    """Return a vector of the plane, or several, as vectors in space with a given y."""
     if isinstance(vector[0], tuple):
-        return tuple(_in_space(one, at) for one in vector)
+        return tuple(_in_space(part, at) for part in vector)
     return (vector[0], at, vector[1])
 
 
 def _joint(joint: _J, times: float) -> _J:
-    """A joint's properties, its cohesion per area that many times what it is."""
+    """Return a joint's properties, with the cohesion multiplied by a factor."""
     return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
 
 
 def _keys(record: Record, depth: float) -> dict[str, Any]:
-    """The keys of a record that were given, its forces at y = 0 and its points halfway through the depth."""
+    """Return the given keys of a record, with forces at y = 0 and points at half the depth."""
     keys = {key: getattr(record, key) for key in record.model_fields_set}
     for key, value in keys.items():
         if value is not None and key in (*Block.LOADS, "at", "weight_at", "live_at", "dead_at"):
@@ -94,6 +102,7 @@ def _keys(record: Record, depth: float) -> dict[str, Any]:
 
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:
+    """Return a block of the plane as a solid of a depth."""
     keys = _keys(block, depth)
     if block.weight is not None or block.unit_weight is not None:
         keys["weight"] = block.weight_of(float(shapes.size[index]) * thickness)
@@ -104,18 +113,21 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
 
 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
-    """Corners of a block's convex pieces, counter-clockwise, in the scene's own coordinates."""
+    """Return the corners of a block's convex pieces, counter-clockwise, in the scene's own coordinates."""
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Corners as they were given, to the last digit; where outlines cross none was given.
+    # Corners have their given coordinates, to the last digit. Corners where outlines cross were not given.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
-    own = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
-    return [[own.get(tuple(at)) or tuple((at + origin).tolist()) for at in piece] for piece in pieces]
+    given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
+    return [
+        [given_at.get(tuple(corner)) or tuple((corner + origin).tolist()) for corner in piece]
+        for piece in pieces
+    ]
 
 
 def _prism(ring: list[Point], depth: float) -> dict[str, Any]:
-    """A convex polygon, counter-clockwise, as a solid from y = 0 to a depth."""
+    """Return a convex polygon, counter-clockwise, as a solid from y = 0 to a depth."""
     x, y = ({point[axis] for point in ring} for axis in (0, 1))
     if len(ring) == 4 and len(x) == len(y) == 2:
         return {"box": (tuple(sorted(x)), (0.0, depth), tuple(sorted(y)))}

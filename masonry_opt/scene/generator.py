@@ -1,4 +1,4 @@
-"""Generators of blocks in the plane and in space: name, place, loads; where the stones of a course end."""
+"""Define generators of blocks in the plane and in space, and cut courses into stones."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,25 +11,35 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-MOST_BLOCKS = 100_000  #: Blocks, openings and gaps of a generator: more than can be solved, and soon built.
-Count = Annotated[int, Strict(), Field(ge=1, le=1000)]  #: Of courses, rings, drums.
+#: Largest number of blocks, openings and gaps of a generator: more than can be solved, and quick to build.
+MOST_BLOCKS = 100_000
+
+#: Number of courses, rings or drums.
+Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
+
+#: One width, or two that differ.
 Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-CLOSER = 0.25  #: Of a stone: pieces may be as short, and stones as much longer instead of a shorter piece.
-_ROUNDING = 1e-9  #: Of a stone, what is rounding.
+#: Length of the shortest piece (closer), relative to a stone. A stone may be this much longer, to avoid a
+#: shorter piece beside it.
+CLOSER = 0.25
 
-#: Of a polygon its ``vertices``; of one convex part what gives its shape in a :class:`Solid`.
+#: Length, relative to a stone, that counts as rounding.
+_LENGTH_TOLERANCE = 1e-9
+
+#: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.
 Shape = dict[str, Any]
 
 
 class AnyGenerator(Record):
-    """A table of a case file that stands for many blocks, in the plane or in space. They are named after its
-    ``name``, "left 3-2" in place of "3-2": for several generators in one scene.
+    """A table of a case file that stands for many blocks, in the plane or in space.
 
-    Raises CaseError, with all that is wrong, if the values make nothing that can be built, or more than
-    100,000 blocks.
+    With a ``name`` the names of its blocks begin with it, "left 3-2" in place of "3-2". A scene can then have
+    several generators.
+
+    Raises CaseError, with all mistakes, if the values cannot be built, or make more than 100,000 blocks.
     """
 
     name: Name | None = None
@@ -37,7 +47,7 @@ class AnyGenerator(Record):
         at: tuple[float, ...]
 
     most_told: ClassVar[int] = 5
-    kind: ClassVar[type[Body]]  #: What its blocks are.
+    kind: ClassVar[type[Body]]  #: Class of its blocks.
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS:
@@ -45,17 +55,21 @@ class AnyGenerator(Record):
 
     @property
     def size(self) -> int:
-        """Number of blocks that it builds, or more, but for a few: known before they are built."""
+        """Return the number of blocks that it builds, or an upper bound that exceeds it by a few.
+
+        It is known before the blocks are built.
+        """
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
-        """A block of these parts, whose points are seen from the generator's origin."""
+        """Return a block of parts, whose points are relative to the generator's origin."""
         moved = [self._moved(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         called = name if self.name is None else f"{self.name} {name}"
         return self.kind(name=called, **shape, **self._moved(keys))
 
     def _moved(self, keys: Shape) -> Shape:
+        """Return keys with their points moved from the generator's origin to the scene's."""
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
         moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
         if "box" in keys:
@@ -64,9 +78,12 @@ class AnyGenerator(Record):
 
 
 class Generator(AnyGenerator):
-    """A generator of blocks in the plane. Its origin lies ``at`` ``[x, y]``; which point that is, each
-    generator says. ``live_per_weight`` is a live force on every block as a multiple of its weight, ``[fx,
-    fy]``, where the weight acts; ``live`` is its old name. (``live`` of a block or of a load is a force.)"""
+    """A generator of blocks in the plane.
+
+    Its origin lies ``at`` ``[x, y]``; each generator says which of its points this is. ``live_per_weight`` is
+    a live force on every block as a multiple of its weight, ``[fx, fy]``, acting where the weight acts. Its
+    old name here is ``live``, which in blocks and loads is a force.
+    """
 
     kind: ClassVar[type[Body]] = Block
 
@@ -95,7 +112,10 @@ class Generator(AnyGenerator):
 
 
 class WeighedGenerator(Generator):
-    """A generator whose blocks weigh by their size: by ``weight``, that of a whole, or by ``unit_weight``."""
+    """A generator whose blocks have weights in proportion to their size.
+
+    ``weight`` is the weight of a whole block, ``unit_weight`` that per unit area.
+    """
 
     weight: NonNegative | None = None
     unit_weight: NonNegative | None = None
@@ -117,8 +137,10 @@ class WeighedGenerator(Generator):
 
 
 class SolidGenerator(AnyGenerator):
-    """A generator of blocks in space, which weigh ``unit_weight`` per unit volume. ``at`` and
-    ``live_per_weight`` are as of a :class:`Generator`, of three numbers each."""
+    """A generator of blocks in space, with ``unit_weight`` per unit volume.
+
+    ``at`` and ``live_per_weight`` are those of a :class:`Generator`, with three numbers each.
+    """
 
     kind: ClassVar[type[Body]] = Solid
 
@@ -127,47 +149,57 @@ class SolidGenerator(AnyGenerator):
     unit_weight: NonNegative
 
     def blocks(self) -> list[Solid]:
-        """The blocks, each with its weight and its live load as a multiple of that."""
+        """Return the blocks, each with its weight and its live load as a multiple of the weight."""
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:
-        """A movable block, that weighs by its volume, or as ``weight`` and ``weight_at`` say."""
+        """Return a movable block.
+
+        Its weight is that of its volume, or the given ``weight`` and ``weight_at``.
+        """
         weight = weight or {"unit_weight": self.unit_weight}
         return self._block(name, *parts, live_per_weight=self.live_per_weight, **weight)
 
 
 def polar(radius: float, angle: float, *z: float) -> Any:
-    """The point at a distance from the origin, or the z axis, at an angle from x towards y, in radians."""
+    """Return the point at a radius and an angle, in radians, from x towards y, with an optional z."""
     return (radius * math.cos(angle), radius * math.sin(angle), *z)
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """One width, or two that differ, as two."""
+    """Return one width as two equal ones; two widths are returned as they are."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 
 def cut(
     start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
-    """The stones of some length from one end of a run to the other. Of the bond's joints, rising, those
-    nearer than a closer to an end are left out; what is more than a closer longer than a stone is cut in
-    equal ones, at spare places first where these are half a stone or more from joints."""
+    """Return the stones of a run from one end to the other, as pairs of their ends.
+
+    Joints of the bond, in rising order, are left out if they are nearer to an end of the run than a closer. A
+    piece that is longer than a stone plus a closer is cut. It is cut first at spare places that are at least
+    half a stone from joints, and then into equal stones.
+    """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
-        least *= length * (1 - _ROUNDING)
+        """Return the places that are at least ``least`` stones from both ends."""
+        least *= length * (1 - _LENGTH_TOLERANCE)
         return [place for place in places if low + least < place < high - least]
 
     ends = [start, *within(joints, start, end, CLOSER), end]
-    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _ROUNDING)]
+    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _LENGTH_TOLERANCE)]
     spares = [place for run in too_long for place in within(spare, *run, 0.5)]
     stones: list[tuple[float, float]] = []
     for low, high in pairwise(sorted([*ends, *spares])):
-        count = max(1, math.ceil((high - low) / length - CLOSER - _ROUNDING))
+        count = max(1, math.ceil((high - low) / length - CLOSER - _LENGTH_TOLERANCE))
         between = [low + (high - low) * number / count for number in range(1, count)]
         stones += pairwise([low, *between, high])
     return stones
 
 
 def every(length: float, start: float, end: float) -> list[float]:
-    """Joints a stone apart, the first at ``start``, up to ``end``."""
-    return [start + number * length for number in range(math.floor((end - start) / length + _ROUNDING) + 1)]
+    """Return joints at distances of one stone, from ``start`` up to ``end``."""
+    return [
+        start + number * length
+        for number in range(math.floor((end - start) / length + _LENGTH_TOLERANCE) + 1)
+    ]

@@ -1,4 +1,4 @@
-"""Where the blocks of a scene are; the polygons of the plane, and their uppermost edges below a road."""
+"""Compute the shapes of the blocks of a scene: polygons, and their uppermost edges below a road."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -15,15 +15,24 @@ from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
-RELATIVE_TOLERANCE = 1e-6  #: Lengths below it, over the diagonal round the movable blocks, are nothing.
-#: Neighbours nearer than this, over the smaller block's width, are meant to touch; overlaps no deeper are
-#: rounding.
+#: Default tolerance of lengths, relative to the diagonal round the movable blocks. Smaller details are
+#: ignored.
+RELATIVE_TOLERANCE = 1e-6
+
+#: Gap, relative to the width of the smaller block, below which neighbours are assumed to be meant to touch. A
+#: larger value warns of more gaps. Overlaps up to this depth are taken for rounding.
 NEAR_MISS = 1e-2
-_NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
-#: Tolerance over the error of a corner from which on the alignment makes joints parallel. Two sides that meet
-#: may each be off by the error. A smaller value leaves some wedges; a larger one aligns more than is needed.
+
+#: Gap, relative to the contact tolerance, below which neighbours are assumed to be meant to touch.
+_NEAR_TOLERANCES = 3
+
+#: Tolerance, relative to the error of a corner, from which on the alignment makes joints parallel. Each of
+#: two sides that meet may be off by the error. A smaller value leaves some wedges; a larger one aligns more
+#: than is needed.
 TOLERANCE_OVER_ERROR = 3.0
-STRAIGHT = 0.1  #: Share of the tolerance within which corners lie on the outline without them.
+
+#: Distance from the outline, relative to the tolerance, up to which a corner is dropped as straight.
+STRAIGHT = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
@@ -32,77 +41,99 @@ def set_tolerance(tolerance: float) -> str:
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
-    """Origin and tolerance of a scene's shapes, of its movable blocks: supports may reach far beyond them."""
+    """Return the origin and the tolerance of a scene's shapes.
+
+    Both are those of the movable blocks, because supports may reach far beyond them. ``block`` is the index
+    of the block of each corner.
+    """
     movable = corners[~scene.fixed[block]]
     low, high = movable.min(axis=0), movable.max(axis=0)
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
-    # Digits already lost in the coordinates themselves bound what can be told apart.
+    # The tolerance is at least eight times the rounding of the largest coordinate.
     return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
 
 
 class Common(NamedTuple):
-    """A piece that two blocks have in common: how far they must be moved apart, its centroid and size."""
+    """The region that two blocks have in common."""
 
-    depth: float
-    middle: np.ndarray
-    size: float
+    depth: float  #: distance by which the blocks must be moved apart
+    middle: np.ndarray  #: centroid
+    size: float  #: area, in space volume
 
 
 @dataclass(frozen=True)
 class Extents(ABC):
-    """Shapes of a scene, the middle of its movable blocks at the origin: far coordinates lose digits."""
+    """Shapes of the blocks of a scene, in the plane or in space.
 
-    origin: np.ndarray  #: that middle in the scene's own coordinates, shape (2,) or (3,)
-    tolerance: float  #: length below which the scene has no detail
-    contact_tolerance: float  #: gap or overlap of sides that face each other up to which they touch
-    size: np.ndarray  #: area of each block, or volume: what a ``unit_weight`` refers to, shape (blocks,)
-    centroid: np.ndarray  #: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
-    convex: np.ndarray  #: whether each is convex, in space one convex part, shape (blocks,)
-    mixed: np.ndarray  #: blocks whose faces were not all given turned one way; none in the plane
+    Coordinates are relative to the middle of the movable blocks, because coordinates far from the origin lose
+    digits.
+    """
 
-    # In errors:
-    within: ClassVar[str] = "over an area"  #: where blocks overlap
-    remedy: ClassVar[str] = ""  #: what they may do about that beside moving, given the depth
-    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"  #: where there is no joint
-    inside: ClassVar[float] = np.inf  #: share of the smaller block with which an overlap is all of it
-    mortar: ClassVar[float] = 0.0  #: gap that may be mortar that was left out, over the width of a block
-    enough: ClassVar[float] = np.inf  #: pairs that overlap, after which no more are looked for
+    origin: np.ndarray  #: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,)
+    tolerance: float  #: length below which details of the scene are ignored
+    contact_tolerance: float  #: gap or overlap up to which sides that face each other are in contact
+    size: np.ndarray  #: area or volume of each block, to which ``unit_weight`` refers, shape (blocks,)
+    centroid: np.ndarray  #: centroid of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
+    convex: np.ndarray  #: mask of the convex blocks, in space of blocks of one convex part, shape (blocks,)
+    mixed: np.ndarray  #: blocks whose faces were given in both directions; none in the plane
+
+    #: Text in errors: the place of an overlap.
+    within: ClassVar[str] = "over an area"
+    #: Text in errors: a remedy for an overlap in addition to moving blocks, to be formatted with the depth.
+    remedy: ClassVar[str] = ""
+    #: Text in errors: how blocks meet that have no joint.
+    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
+    #: Share of the smaller block from which an overlap counts as the whole block.
+    inside: ClassVar[float] = np.inf
+    #: Gap, relative to the width of a block, that may be mortar that was not drawn.
+    mortar: ClassVar[float] = 0.0
+    #: Number of overlapping pairs after which the search for more of them ends.
+    enough: ClassVar[float] = np.inf
 
     @property
     @abstractmethod
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corners of all blocks, shape (corners, 2) or (corners, 3), and the block of each, rising."""
+        """Return the corners of all blocks, and the block of each corner, in rising order.
+
+        The corners have shape (corners, 2) or (corners, 3).
+        """
 
     @abstractmethod
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """How far points lie outside of the convex hulls of blocks, one each, shape (points,)."""
+        """Return the distance of points from the convex hulls of blocks, shape (points,).
+
+        ``blocks`` has one block for each point.
+        """
 
     @abstractmethod
     def away(self, block: int, point: np.ndarray) -> float:
-        """How far a point lies outside of a block."""
+        """Return the distance of a point from a block, 0 if the point lies inside."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
-        """The block nearest to a block, and its distance."""
+        """Return the block that is nearest to a block, and its distance."""
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Numbers of pairs, rising, and what of their blocks overlaps by more than the contact tolerance."""
+        """Yield the numbers of pairs that overlap by more than the contact tolerance, in rising order.
+
+        Each number comes with the common region of the two blocks.
+        """
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest coordinates of each block, shape (blocks, 2) or (blocks, 3) each."""
+        """Return the least and the largest coordinates of each block, shape (blocks, dim) each."""
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
     @property
     def width(self) -> np.ndarray:
-        """Side of a square, or cube, of the size of each block, shape (blocks,)."""
+        """Return the side of a square or cube with the size of each block, shape (blocks,)."""
         return self.size ** (1 / len(self.origin))
 
     @property
     def reach(self) -> np.ndarray:
-        """Gap up to which each block's neighbours were surely meant to touch it, shape (blocks,)."""
+        """Return the gap up to which neighbours of each block are meant to touch it, shape (blocks,)."""
         return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)
 
 
@@ -110,28 +141,35 @@ class Extents(ABC):
 class Geometry(Extents):
     """Shapes of a scene in the plane."""
 
-    polygons: np.ndarray  #: one a block, or a multipolygon: counter-clockwise, without straight corners
+    #: A polygon or multipolygon for each block: counter-clockwise, without straight corners.
+    polygons: np.ndarray
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners of all polygons, and the block of each corner, in rising order."""
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the distance of points from the convex hulls of blocks, shape (points,)."""
         hulls = shapely.convex_hull(self.polygons[blocks])
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
+        """Return the distance of a point from a block, 0 if the point lies inside."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
+        """Return the block that is nearest to a block, and its distance."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        """Yield the numbers of pairs that overlap, and their common regions."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
-        # A convex piece is at least as deep as its area over half its perimeter, and at most π times that.
+        # The depth of a convex piece lies between its area divided by half its perimeter, and π times this
+        # value.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
             depth = max(map(_least_width, shapely.get_parts(common[number])))
@@ -141,30 +179,41 @@ class Geometry(Extents):
 
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ends of edges, their block to the left, shape (edges, 2) each, and these blocks, rising."""
+        """Return the ends of all edges, shape (edges, 2) each, and their blocks, in rising order.
+
+        The block lies to the left of an edge.
+        """
         parts, block = shapely.get_parts(self.polygons, return_index=True)
         tail, tip, part = sides_of(parts)
         return tail, tip, block[part]
 
 
 def geometry(scene: Scene) -> Geometry:
-    """Polygons, areas and centroids of the blocks. Clockwise polygons are turned round, parts united, holes
-    cut out; then corners within a tenth of the tolerance of the outline without them are dropped. Raises
-    CaseError naming the block if a polygon has no area or crosses itself, or a hole is not inside."""
+    """Return the polygons, areas and centroids of the blocks of a scene.
+
+    Clockwise polygons are reversed, parts united and holes cut out. Then corners are dropped that lie within
+    a tenth of the tolerance of the outline without them.
+
+    Raises
+    ------
+    CaseError
+        If a polygon has no area or crosses itself, or a hole is not inside. The message names the block.
+    """
     blocks = scene.in_plane()
     corners_of = [block.corners() for block in blocks]
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
-    # Those of several rings are built up.
+    # The polygons of blocks with several parts or with holes are built separately.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
     hulls = shapely.convex_hull(outlines)
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    flat &= ~shapely.is_empty(outlines)  # all holes
+    flat &= ~shapely.is_empty(outlines)  # an empty outline is all hole, which is reported below
     raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
-    # Normalised outlines begin at a leftmost, lowest corner, which no straight edge runs through.
+    # A normalised outline begins at its lowest leftmost corner. This is a true corner, which the
+    # simplification may keep.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
     raise_for(crossed, scene, "crosses itself: give its corners in order round the block")
@@ -180,7 +229,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """A block of several parts, or with holes, as one polygon or multipolygon."""
+    """Return a block of several parts, or with holes, as one polygon or multipolygon."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
@@ -200,7 +249,7 @@ def _built_up(
 
 
 def _least_width(piece: shapely.Geometry) -> float:
-    """The least distance of parallel lines that enclose a piece."""
+    """Return the least distance of two parallel lines that enclose a piece."""
     corners = shapely.get_coordinates(shapely.convex_hull(piece))
     sides = np.diff(corners, axis=0)
     if len(sides) < 3:
@@ -210,7 +259,7 @@ def _least_width(piece: shapely.Geometry) -> float:
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:
-    """Raise CaseError naming the blocks, at most three of them, if there are any."""
+    """Raise CaseError if there are any blocks. The message names at most four of them."""
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
@@ -220,36 +269,55 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
 
 @dataclass(frozen=True)
 class Profile:
-    """Pieces of the uppermost edges below a line, from left to right; both are straight along a piece. Of the
-    pieces' left and right ends, relative to the geometry's origin, shape (pieces, 2)."""
+    """Pieces of the uppermost edges below a line, from left to right.
 
-    x: np.ndarray  #: of the edges
-    y: np.ndarray  #: of the edges; NaN where there is none
-    line: np.ndarray  #: height of the line
-    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 where there is none
-    block: np.ndarray  #: index of its block in the scene, shape (pieces,); -1 where there is none
+    Edge and line are both straight along a piece. Coordinates of the left and right ends are relative to the
+    geometry's origin.
+    """
+
+    x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
+    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN if there is no edge
+    line: np.ndarray  #: heights of the line at the ends, shape (pieces, 2)
+    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is none
+    block: np.ndarray  #: index of its block in the scene, shape (pieces,); -1 if there is none
 
     @property
     def depth(self) -> np.ndarray:
-        """Of the edges below the line, at least 0."""
+        """Return the depths of the edges below the line, at least 0, shape (pieces, 2)."""
         return np.maximum(self.line - self.y, 0.0)
 
 
 def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
-    """The uppermost edges of all blocks below a line through points from left to right, shape (points, 2),
-    relative to the geometry's origin. Raises CaseError, which calls it ``where``, if it meets a block."""
+    """Return the uppermost edges of all blocks below a line.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, in the plane.
+    shapes : Geometry
+        Its shapes.
+    points : ndarray, shape (points, 2)
+        Points of the line from left to right, relative to the geometry's origin.
+    where : str
+        Name of the line in errors.
+
+    Raises
+    ------
+    CaseError
+        If the line runs through a block.
+    """
     line = shapely.linestrings(points)
-    met = np.flatnonzero(shapely.intersects(line, shapes.polygons))
-    inner = shapely.buffer(shapes.polygons[met], -2 * shapes.tolerance)
-    for index in met[shapely.intersects(line, inner)]:
+    touched = np.flatnonzero(shapely.intersects(line, shapes.polygons))
+    inner = shapely.buffer(shapes.polygons[touched], -2 * shapes.tolerance)
+    for index in touched[shapely.intersects(line, inner)]:
         name = scene.blocks[index].name
         raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")
     tail, tip, owner = shapes.edges
-    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # of an edge with the block to its left
+    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # edges with the block to their left run leftwards on top
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
-    # Pieces shorter than what is nothing belong to their neighbours.
+    # Pieces shorter than the tolerance are joined to their neighbours.
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
     middle = (at[1:] + at[:-1]) / 2
     edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
@@ -260,19 +328,20 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     x = np.column_stack([starts, np.r_[starts[1:], at[-1]]])
     tail, tip = tail[edge], tip[edge]
     y = tail[:, 1:] + (x - tail[:, :1]) * ((tip - tail)[:, 1:] / (tip - tail)[:, :1])
-    found = edge >= 0
-    numbers = (np.where(found, of[edge], -1) for of in (upper, owner))
-    return Profile(x, np.where(found[:, None], y, np.nan), np.interp(x, *points.T), *numbers)
+    has_edge = edge >= 0
+    edge_number = np.where(has_edge, upper[edge], -1)
+    block = np.where(has_edge, owner[edge], -1)
+    return Profile(x, np.where(has_edge[:, None], y, np.nan), np.interp(x, *points.T), edge_number, block)
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The highest edge at each abscissa up to such a height, shape (x,); -1 without one."""
+    """Return the highest edge at each abscissa up to a height, shape (x,); -1 if there is none."""
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
     plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
     number, edge = shapely.STRtree(edges).query(plumb, predicate="intersects")
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
     rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
-    found = np.full(len(x), -1)
-    found[number[rising]] = edge[rising]  # the highest is written last
-    return found
+    highest = np.full(len(x), -1)
+    highest[number[rising]] = edge[rising]  # edges are written in rising order, so that the highest remains
+    return highest

@@ -1,4 +1,4 @@
-"""Records of joint properties: those of all joints of a scene, and exceptions between two blocks."""
+"""Define joint properties: those of all joints of a scene, and exceptions between two blocks."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -8,7 +8,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-LARGEST_FRICTION = 1e6  #: Beyond this a friction row is nothing but rounding.
+#: Largest finite friction coefficient. With a larger one the friction conditions are dominated by rounding
+#: errors.
+LARGEST_FRICTION = 1e6
 
 
 def _friction(value: float) -> float:
@@ -21,7 +23,7 @@ def _friction(value: float) -> float:
 
 Stresses = tuple[NonNegative, NonNegative]
 Angle = Annotated[float, Strict(), Field(ge=0, lt=90)]
-#: tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
+#: Friction coefficient tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
 Friction = Annotated[
     float,
     Strict(),
@@ -32,7 +34,7 @@ Friction = Annotated[
 
 
 class _InDegrees(Record):
-    """Angles in degrees: taken in place of their tangents, which are kept."""
+    """Record that accepts angles in degrees and stores their tangents."""
 
     friction_angle: Angle | None = Field(default=None, exclude=True, repr=False)
     dilatancy_angle: Angle | None = Field(default=None, exclude=True, repr=False)
@@ -50,29 +52,31 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # beside a wrong angle, of which its field tells
+            keys[tangent] = 0.0  # a valid value, so that only a wrong angle is reported, by its own field
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys
 
 
 class JointDefaults(_InDegrees):
-    """Properties of every joint found, unless an exception names it.
+    """Properties of every joint, unless an exception names it.
 
     Raises CaseError if a value is out of range.
 
     Parameters
     ----------
-    friction: μ = tan φ; ``inf`` for joints that cannot slide.
-    cohesion: Force per unit length of joint; per unit area where the scene has a ``thickness``.
-    dilatancy: tan φ₀, the opening per unit slip: 0 is Coulomb's law, ``friction`` at most, the associative.
-    friction_angle, dilatancy_angle: φ and φ₀ in degrees, 0 to below 90, in place of their tangents, which are
-        kept.
-    dilatancy_stress: Two rising mean normal stresses ``[full, none]``, as ``strength``: up to the first the
-        dilatancy is whole, then it falls linearly, to none at the second (section 6.5). Default: stress does
-        not change it.
-    strength: Compressive strength f_c, a force per unit length, or area, as ``cohesion``: |m| ≤ n (L/2 − n /
-        (2 f_c)). Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
+    friction: Friction coefficient μ = tan φ; ``inf`` for joints that cannot slide.
+    cohesion: Force per unit length of joint, or per unit area if the scene has a ``thickness``.
+    dilatancy: tan φ₀, the opening per unit slip. 0 is Coulomb's law; the largest value, ``friction``, is the
+        associative law.
+    friction_angle, dilatancy_angle: φ and φ₀ in degrees, from 0 to below 90, in place of their tangents,
+        which are stored.
+    dilatancy_stress: Two rising mean normal stresses ``[full, none]``, in the units of ``strength`` (section
+        6.5 of the paper). Up to the first one the dilatancy is full, then it falls linearly to zero at the
+        second one. Default: dilatancy does not depend on stress.
+    strength: Compressive strength f_c, a force per unit length, or per unit area, as ``cohesion``: |m| ≤ n
+        (L/2 − n / (2 f_c)). Default: unlimited. A corner on an edge, which has no length, has unlimited
+        strength too.
     """
 
     friction: Friction
@@ -97,7 +101,7 @@ class Joint(_InDegrees):
     ----------
     between: Names of the two blocks; they must touch.
     friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle: As in
-        :class:`JointDefaults`; those not given keep the scene's defaults.
+        :class:`JointDefaults`. Properties that are not given are the scene's defaults.
     """
 
     between: tuple[Name, Name]
@@ -108,6 +112,9 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """Its properties, the rest from ``defaults``. Raises CaseError if they do not go together."""
+        """Return the properties of this joint, with ``defaults`` for those that are not given.
+
+        Raises CaseError if they are inconsistent.
+        """
         given = self.model_dump(exclude={"between"}, exclude_none=True)
         return JointDefaults(**(defaults.model_dump() | given))

@@ -1,4 +1,4 @@
-"""The keys that a scene and a case file share, the directions that follow, and whether they go together."""
+"""Define the keys that scenes and case files share, and check that the values of the keys are consistent."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -19,9 +19,13 @@ Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-_ALONG_GRAVITY = 1e-9  #: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
-#: What a point is, and the direction of an earthquake, by dimension.
+#: Sine of the angle to gravity below which a direction counts as parallel to gravity.
+_PARALLEL_TOLERANCE = 1e-9
+
+#: Text for a point, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
+
+#: Text for the direction of an earthquake, by dimension.
 _DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
@@ -49,35 +53,41 @@ class SceneKeys(Record):
     reference: dict[Name, Reference] = {}
 
     def model_post_init(self, _: Any) -> None:
-        """Sets gravity straight down by default."""
+        """Set the default of gravity, straight down."""
         if "gravity" not in self.model_fields_set:
-            # Records are frozen once they are made.
+            # The record is frozen, so that an ordinary assignment would fail.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
 
     @property
     def dimension(self) -> Literal[2, 3]:
-        """Numbers of a point: 3 if the blocks are solids."""
+        """Return the number of coordinates of a point: 3 if the blocks are solids."""
         return self.blocks[0].dimension if self.blocks else 2
 
     @property
     def down(self) -> np.ndarray:
-        """Unit vector of gravity, shape (2,) or (3,)."""
+        """Return the unit vector of gravity, shape (2,) or (3,)."""
         return _unit(np.array(self.gravity))
 
     @property
     def tilt_direction(self) -> np.ndarray | None:
-        """Unit vector square to gravity in which a tilted scene is pushed; None if that is along gravity."""
+        """Return the unit vector, perpendicular to gravity, in which a tilted scene is pushed.
+
+        None if the scene is not tilted, or the given direction is that of gravity.
+        """
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Unit vector square to gravity to a side, or towards a vector; None if that is along gravity."""
+        """Return the unit vector perpendicular to gravity on a side, or towards a vector.
+
+        None if the vector is parallel to gravity.
+        """
         if isinstance(towards, str):
             x, y = self.down
             return np.array((-y, x) if towards == "right" else (y, -x))
         given = np.array(towards, dtype=float)
         unit = _unit(given) if given.any() else self.down
         sideways = unit - (unit @ self.down) * self.down
-        return _unit(sideways) if np.abs(sideways).max() > _ALONG_GRAVITY else None
+        return _unit(sideways) if np.abs(sideways).max() > _PARALLEL_TOLERANCE else None
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -85,14 +95,17 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
-    """What is wrong with a scene of these keys, of which the first is to be told."""
+    """Yield a sentence for each inconsistency of a scene, the most important first.
+
+    Later checks rely on earlier ones, so that only the first sentence is certain.
+    """
     if not any(scene.gravity):
         yield "'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]"
     if not scene.blocks:
         yield "the scene has no block: add [[block]] tables or a generator such as [wall]"
     names = [block.name for block in scene.blocks]
     for name in repeated(names):
-        first, second, *_ = [number for number, own in enumerate(names, start=1) if own == name]
+        first, second, *_ = [number for number, other in enumerate(names, start=1) if other == name]
         itself = "a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own"
         yield f"blocks no. {first} and no. {second} are both named '{name}': rename one ({itself})"
     fixed = {block.name: block.fixed for block in scene.blocks}
@@ -110,29 +123,24 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and scene.tilt_direction is None:
         yield "'tilt' needs a direction that is not that of gravity"
     for why in _not_tilting(scene) if scene.tilt else ():
-        yield f"'tilt' needs a scene of weights and friction alone: {why}: take it away"
+        allowed = "'tilt' is allowed only if weights and friction are the only loads and laws"
+        yield f"{allowed}, but {why}: remove that, or 'tilt'"
     yield from _wrong_cases(scene)
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """What is of the plane in a scene in space, or the other way round."""
-    first, space, needed = scene.blocks[0], scene.dimension == 3, f"needs {_POINT[scene.dimension]}"
+    """Yield the mistakes of a scene in space that has keys of the plane, or the other way round."""
+    first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
-            flat, solid = sorted((first, block), key=lambda one: one.dimension)
+            flat, solid = sorted((first, block), key=lambda mixed_block: mixed_block.dimension)
             mixed = f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane"
             instead = "('extrude' makes solids of a scene in the plane)"
             yield f"{mixed}: give all of a scene the one or the other {instead}"
     if len(scene.gravity) != scene.dimension:
-        yield f"'gravity' {needed}, as block '{first.name}' does"
-    for number, load in enumerate(scene.loads, start=1):
-        where = f"load no. {number} on block '{load.block}'"
-        for key in ("live", "dead", "at"):
-            if (value := getattr(load, key)) and len(value) != scene.dimension:
-                yield f"{where}: '{key}' {needed}"
-        for key in ("live_moment", "dead_moment"):
-            if getattr(load, key) and not space:
-                yield f"{where}: '{key}' is for solids: take it away"
+        yield f"'gravity' needs {_POINT[scene.dimension]}, as block '{first.name}' does"
+    yield from _wrong_load_dimension(scene)
+    space = scene.dimension == 3
     if scene.tilt and isinstance(scene.tilt, str) == space:
         yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
     if not space and scene.contact_tolerance is not None:
@@ -143,8 +151,21 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
         yield from of_plane_alone(scene)
 
 
+def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
+    """Yield the loads whose forces, points or moments do not fit the dimension of the scene."""
+    for number, load in enumerate(scene.loads, start=1):
+        where = f"load no. {number} on block '{load.block}'"
+        for key in ("live", "dead", "at"):
+            vector = getattr(load, key)
+            if vector and len(vector) != scene.dimension:
+                yield f"{where}: '{key}' needs {_POINT[scene.dimension]}"
+        for key in ("live_moment", "dead_moment"):
+            if getattr(load, key) and scene.dimension == 2:
+                yield f"{where}: '{key}' is for solids: take it away"
+
+
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """What the scene has, beside its thickness, that none in space can have, a sentence each."""
+    """Yield a sentence for each key of the scene, except its thickness, that scenes in space cannot have."""
     if scene.edge_loads:
         yield "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
     if scene.axles:
@@ -159,6 +180,7 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    """Yield the mistakes in the exceptions of joints."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
@@ -177,6 +199,7 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
 
 
 def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    """Yield the mistakes in the loads on blocks."""
     weighed: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
@@ -190,17 +213,18 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
+    """Yield the mistakes in the fills."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity straight down, [0, -1]"
     roads = [fill.road for fill in scene.fills]
     ends = sorted((road[0][0], road[-1][0], number) for number, road in enumerate(roads, start=1))
-    for (_, end, one), (start, _, other) in itertools.pairwise(ends):
+    for (_, end, left), (start, _, right) in itertools.pairwise(ends):
         if start < end:
-            yield f"fill no. {one} and no. {other} lie above each other: end one where the other begins"
+            yield f"fill no. {left} and no. {right} lie above each other: end one where the other begins"
 
 
 def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """What is wrong with the ends of ties and props."""
+    """Yield the mistakes in the ends of ties and props."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
@@ -214,8 +238,12 @@ def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
-    """Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all else
-    grows with cos θ too. Other forces do not, nor does what joints resist without being pressed."""
+    """Yield the loads and joint properties that a tilted scene cannot have.
+
+    If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights turned a
+    quarter. So λ = tan θ if everything else is proportional to cos θ too. Other forces are not, nor is the
+    resistance of joints that do not depend on normal force.
+    """
     for block in scene.blocks:
         for force in block.LOADS:
             if any(getattr(block, force)):
@@ -235,25 +263,17 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
-    """What is wrong with the load cases of a scene, or with its earthquake."""
-    named = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
-    known, seen = [*GROUPS, *sorted(name for name in named if name is not None)], set[str]()
-    quakes = [("'earthquake'", scene.earthquake)]
+    """Yield the mistakes in the load cases of a scene, and in its earthquake."""
+    groups = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
+    known = [*GROUPS, *sorted(name for name in groups if name is not None)]
+    names: set[str] = set()
     for number, case in enumerate(scene.load_cases, start=1):
         where = f"load_case no. {number} ('{case.name}')"
-        if case.name in seen:
+        if case.name in names:
             yield f"{where}: the name is given twice: rename one"
-        seen.add(case.name)
-        for key in ("dead", "live"):
-            if unknown := [group for group in getattr(case, key) if group not in known]:
-                there = ", ".join(known)
-                yield f"{where}: '{key}' names group '{unknown[0]}', which no load has; there are: {there}"
-        if "axles" in case.live and scene.dimension == 3:
-            yield f"{where}: 'live' names 'axles', which move over scenes in the plane: take them away"
-        quakes.append((f"{where}: 'earthquake'", case.earthquake))
-    for where, quake in quakes:
-        if quake is not None and (mistake := wrong_direction(scene, quake)):
-            yield f"{where}: {mistake}"
+        names.add(case.name)
+        yield from (f"{where}: {mistake}" for mistake in _wrong_groups(scene, case, known))
+    yield from _wrong_earthquakes(scene)
     if scene.tilt and (scene.load_cases or scene.earthquake):
         yield "'tilt' is a live load of its own: take it, or the load cases and the earthquake, away"
     if scene.earthquake and scene.load_cases:
@@ -263,8 +283,29 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
         yield f"'earthquake' is the live load, and {live} is live too: take that away, or {instead}"
 
 
+def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
+    """Yield the groups that a load case names and the scene does not have."""
+    for key in ("dead", "live"):
+        unknown = [group for group in getattr(case, key) if group not in known]
+        if unknown:
+            yield f"'{key}' names group '{unknown[0]}', which no load has; there are: {', '.join(known)}"
+    if "axles" in case.live and scene.dimension == 3:
+        yield "'live' names 'axles', which move over scenes in the plane: take them away"
+
+
+def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
+    """Yield the earthquakes of a scene, or of its load cases, whose direction is wrong."""
+    earthquakes = [("'earthquake'", scene.earthquake)]
+    for number, case in enumerate(scene.load_cases, start=1):
+        earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
+    for where, earthquake in earthquakes:
+        mistake = None if earthquake is None else wrong_direction(scene, earthquake)
+        if mistake:
+            yield f"{where}: {mistake}"
+
+
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """What is wrong with the direction of an earthquake in a scene."""
+    """Return the mistake in the direction of an earthquake, None if there is none."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION[scene.dimension]}"
     if scene.sideways(quake.towards) is None:
@@ -273,10 +314,13 @@ def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
 
 
 def _live_loads(scene: SceneKeys) -> Iterator[str]:
+    """Yield the names of the loads that are live without an earthquake."""
     for block in scene.blocks:
         if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"
-    yield from (f"load no. {number}" for number, one in enumerate(scene.loads, start=1) if one.gives("live"))
+    for number, load in enumerate(scene.loads, start=1):
+        if load.gives("live"):
+            yield f"load no. {number}"
     for number, line in enumerate(scene.edge_loads, start=1):
         if line.kind == "live":
             yield f"edge_load no. {number}"

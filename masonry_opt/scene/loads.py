@@ -1,4 +1,4 @@
-"""Loads on blocks by name and along edges, ties and props, earthquakes, and the cases that loads act in."""
+"""Define loads on blocks and along edges, ties and props, earthquakes, and load cases."""
 
 import math
 from collections.abc import Iterator
@@ -11,36 +11,43 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 KINDS: tuple[Kind, ...] = ("dead", "live")
-#: By types of what says where an earthquake pushes, the kind that is meant.
-_PUSHES = ((str, "<plane>"), ((list, tuple), "<several>"))
-#: Where an earthquake pushes: a side of the plane, an angle in plan in degrees, or a direction in space.
+#: Tag of the direction of an earthquake for each type of its value.
+_DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
+#: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.
 Push = Annotated[
     Annotated[Literal["left", "right"], Tag("<plane>")]
     | Annotated[Number, Tag("<one>")]
     | Annotated[Vector, Tag("<several>")],
-    Discriminator(lambda value: next((tag for kind, tag in _PUSHES if isinstance(value, kind)), "<one>")),
+    Discriminator(
+        lambda value: next((tag for kind, tag in _DIRECTION_TAGS if isinstance(value, kind)), "<one>")
+    ),
 ]
-GROUPS = ("weight", "fill", "dead", "live", "axles")  #: No load may name them: see :class:`LoadCase`.
-GROUND = "ground"  #: What ``between`` calls what does not move, unless a block that moves has this name.
+#: Groups that exist in every scene, see :class:`LoadCase`. No load may name them as its group.
+GROUPS = ("weight", "fill", "dead", "live", "axles")
+
+#: Name of the fixed ground in ``between``, unless a movable block has this name.
+GROUND = "ground"
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
 
 class Load(Record):
-    """Forces on one block, added to its own; several on one block add up.
+    """Forces on one block, added to its own. Several loads on one block add up.
 
-    Raises CaseError if it says nothing, gives a point without a force, or both kinds of force in one group.
+    Raises CaseError if a load is empty, gives a point without a force, or has both kinds of force in one
+    group.
 
     Parameters
     ----------
     block: Name of a block that is not fixed.
     live: Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, scaled by the load factor.
-    dead: Dead force, as there, beside the weight.
-    at: The point where both act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
-    weight: In place of the block's own weight; once for each block.
-    live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, beside those of the forces.
-    mass: A weight, as a force, that pushes in an earthquake at that point and is no dead load itself
-        (default: what of the forces that act as dead is along gravity; 0: none of them).
-    group: A name by which a :class:`LoadCase` calls it.
+    dead: Dead force, in addition to the weight.
+    at: The point where both forces act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
+    weight: In place of the block's own weight; at most once for each block.
+    live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, in addition to those of the
+        forces.
+    mass: A weight, as a force, that pushes in an earthquake at the point of the load and is no dead load
+        itself. Default: the part along gravity of the forces that act as dead. 0: no mass.
+    group: A name by which a :class:`LoadCase` refers to the load.
     """
 
     block: Name
@@ -67,30 +74,31 @@ class Load(Record):
                 yield "has no force: give 'live', 'dead' or 'weight', or a 'mass'"
 
     def gives(self, kind: Kind) -> bool:
-        """Whether it has a force or moment of a kind."""
+        """Return True if it has a force or moment of the kind."""
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
     def is_force(self) -> bool:
-        """Whether it is a force or moment, not a weight alone."""
+        """Return True if it has a force or a moment, not only a weight."""
         return self.gives("live") or self.gives("dead")
 
 
 class EdgeLoad(Record):
-    """A load along a straight line, on whatever edges of movable blocks lie there and are free.
+    """A load along a straight line, on all free edges of movable blocks that lie on the line.
 
-    Intensities are forces per unit length, or per unit area where the scene has a ``thickness``.
+    Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
 
-    Raises CaseError if the line has no length, or both or neither of pressure and force are given.
+    Raises CaseError if the line has no length, or if both or neither of pressure and force are given.
 
     Parameters
     ----------
-    start, end: The line's ends, ``[x, y]``; in a case file ``from`` and ``to``.
-    pressure: Normal to the edges, into the blocks: one intensity, or those at start and end, linear between.
-    force: ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
+    start, end: The ends of the line, ``[x, y]``; in a case file ``from`` and ``to``.
+    pressure: Intensity normal to the edges, into the blocks: one number, or the numbers at start and end of a
+        linear pressure.
+    force: Uniform intensity ``[fx, fy]`` in any direction, in place of ``pressure``.
     kind: "dead" (the default), or "live", which the load factor scales.
-    mass, group: As of :class:`Load`, the mass per unit length (default: a ``force``'s part along gravity; of
-        a ``pressure`` none).
+    mass, group: As in :class:`Load`, with the mass per unit length. Default: the part of a ``force`` along
+        gravity; a ``pressure`` has none.
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -110,12 +118,13 @@ class EdgeLoad(Record):
 
 
 def _refuse_group(name: str | None) -> None:
+    """Raise ValueError if a load names a group that has a meaning of its own in load cases."""
     if name in GROUPS:
         raise ValueError(f"'group' \"{name}\" is a word of load cases: name it otherwise")
 
 
 class _Strut(Record):
-    """What ties and props have in common."""
+    """Fields and rules that ties and props share."""
 
     between: tuple[Name, Name]
     at: tuple[PlaneOrSpaceVector, PlaneOrSpaceVector]
@@ -135,17 +144,17 @@ class _Strut(Record):
 class Tie(_Strut):
     """A tie rod: a tension between its prestress and its strength, along the line of its two anchors.
 
-    It may pass through blocks between its anchors, which it does not touch. It carries no shear.
+    It may pass through blocks between its anchors without touching them. It carries no shear.
 
     Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
 
     Parameters
     ----------
-    between: Names of the two blocks it is anchored in; ``"ground"`` is what does not move.
+    between: Names of the two blocks in which it is anchored; ``"ground"`` is the fixed ground.
     at: Its two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
     strength: Largest tension, a force (default: it never yields).
-    prestress: Least tension, which it has however short it becomes (default 0).
-    name: What results call it (default: the names of its blocks).
+    prestress: Least tension, which remains however much the tie shortens (default 0).
+    name: Its name in results (default: the names of its blocks).
     """
 
     prestress: NonNegative = 0.0
@@ -163,27 +172,28 @@ class Prop(_Strut):
 
     Parameters
     ----------
-    between, at, name: As of a :class:`Tie`.
+    between, at, name: As in :class:`Tie`.
     strength: Largest compression, a force (default: it never yields).
     """
 
 
 class Earthquake(Record):
-    """A live load of the masses: λ times ``coefficient`` is the horizontal push over their weights.
+    """A live load by masses: λ times ``coefficient`` is the horizontal push per unit of weight.
 
-    Every weight pushes where it acts, and of dead forces what is along gravity; of a :class:`Load` and
-    :class:`EdgeLoad` its ``mass``, if that is given.
+    Every weight pushes where it acts. Of dead forces the part along gravity pushes. A :class:`Load` or
+    :class:`EdgeLoad` with a ``mass`` pushes with this mass instead.
 
-    Raises CaseError if a value is none of these.
+    Raises CaseError if a value is wrong.
 
     Parameters
     ----------
-    direction: "left" or "right"; in space an angle in plan in degrees, from x towards y, or ``[x, y, z]``, of
-        which the part square to gravity counts.
-    vertical: The vertical part over the horizontal one: positive with gravity, negative against it.
-    coefficient: Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of
-        collapse; a design value makes λ the factor on it, to set beside those of other load cases.
-    dead_as_mass: False: of dead forces, a block's own ``dead`` among them, only what is ``mass`` pushes.
+    direction: "left" or "right"; in space an angle in plan in degrees, from x towards y, or a vector ``[x, y,
+        z]``, of which the part perpendicular to gravity counts.
+    vertical: Vertical push divided by the horizontal one: positive with gravity, negative against it.
+    coefficient: Horizontal seismic coefficient that λ multiplies. With the default, 1, λ is the coefficient
+        of collapse. With a design value λ is the factor on it, which can be compared with those of other load
+        cases.
+    dead_as_mass: False if dead forces, among them a block's own ``dead``, push only by their ``mass``.
     """
 
     direction: Push
@@ -193,7 +203,10 @@ class Earthquake(Record):
 
     @property
     def towards(self) -> str | tuple[float, ...]:
-        """A side of the plane, or its direction in space before what is along gravity is taken away."""
+        """Return a side of the plane, or the direction in space.
+
+        The direction still includes its part along gravity, which has no effect.
+        """
         if not isinstance(self.direction, float):
             return self.direction
         angle = math.radians(self.direction)
@@ -215,19 +228,25 @@ class Earthquake(Record):
 class LoadCase(Record):
     """Factors of the loads that act together, by group.
 
-    Groups are those that loads name, and "weight" (own weights of blocks), "fill" (that of fill), "dead" and
-    "live" (loads given so, of blocks too, that name no group), and "axles" (live alone, for
-    :func:`~masonry_opt.crossing`).
+    Groups are those that loads name, and these:
 
-    Raises CaseError if nothing is live, ``live`` and ``earthquake`` both are given, axles are dead, or pull.
+    - "weight": weights of blocks.
+    - "fill": weight of fill.
+    - "dead" and "live": dead and live loads, of blocks too, that name no group.
+    - "axles": axles, only in ``live``, for :func:`~masonry_opt.crossing`.
+
+    Raises CaseError if nothing is live, if both ``live`` and ``earthquake`` are given, if axles are dead, or
+    if their factor is negative.
 
     Parameters
     ----------
     name: Unique within the scene.
-    dead: Factors by group of loads that act as dead: "weight", "fill" and "dead" 1 if not named, others 0.
-    live: Factors by group of the loads that λ scales.
-    earthquake: In place of ``live``: :class:`Earthquake`; masses count times their group's ``dead`` factor.
-    pressure: Factor of both limits between which fills press.
+    dead: Factors of the groups that act as dead loads. If not named, "weight", "fill" and "dead" have factor
+        1, all others 0.
+    live: Factors of the groups that λ scales.
+    earthquake: In place of ``live``: :class:`Earthquake`. Masses are multiplied by the ``dead`` factor of
+        their group.
+    pressure: Factor of both limits of the pressure of fills.
     """
 
     name: Name
@@ -248,13 +267,13 @@ class LoadCase(Record):
             yield "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """What a group's loads are multiplied by as dead or as live."""
+        """Return the factor of a group's loads when they act as dead or as live."""
         usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, usual)
 
     @property
     def moves(self) -> bool:
-        """Whether axles alone are live."""
+        """Return True if axles are the only live load."""
         return {group for group, factor in self.live.items() if factor} == {"axles"}
 
     def __str__(self) -> str:

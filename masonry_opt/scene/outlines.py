@@ -1,4 +1,4 @@
-"""Polygons in a plane: sides, straight corners, slivers, what they have in common, and convex pieces."""
+"""Operate on polygons: sides, straight corners, slivers, intersections and convex pieces."""
 
 from collections.abc import Callable
 
@@ -7,13 +7,24 @@ import shapely
 
 from masonry_opt.scene.rows import steps_round
 
-_MITRE = 100.0  #: Offsets beyond which mitres of offset outlines are cut off: no corner is sharper than 1°.
-_STRAIGHT = 1e-9  #: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
-GRID = 1e-3  #: Grid on which overlays that fail in floating point are done again, in tolerances.
+#: Largest length of a mitre at a corner, relative to the offset. Only corners sharper than about 1° exceed
+#: it.
+_MITRE_LIMIT = 100.0
+
+#: Sine of the angle by which a corner of a convex piece may turn inwards, which allows for rounding.
+_INWARD_TOLERANCE = 1e-9
+
+#: Grid, relative to the tolerance, on which overlays are repeated if they fail in floating point. A coarser
+#: grid moves corners further.
+GRID = 1e-3
 
 
 def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sides of all outlines and holes of polygons: ends, shape (sides, 2) each, and polygons, rising."""
+    """Return the sides of all outlines and holes of polygons.
+
+    The results are their ends, shape (sides, 2) each, and the index of the polygon of each side, in rising
+    order.
+    """
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
     inside = ring[:-1] == ring[1:]
@@ -21,46 +32,62 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """The polygons, counter-clockwise, without corners within the tolerance of the outline without them."""
+    """Return the polygons, counter-clockwise, without straight corners.
+
+    A corner is straight if it lies within the tolerance of the outline without it.
+    """
     return shapely.orient_polygons(shapely.simplify(polygons, tolerance, preserve_topology=False))
 
 
 def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
-    """Polygons without what is narrower than a width; of a negative one, with gaps as narrow closed."""
+    """Return the polygons without parts that are narrower than a width.
+
+    A negative width closes gaps that are narrower than its absolute value.
+    """
     return _offset(_offset(polygons, -width / 2), width / 2)
 
 
 def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
-    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE)
+    """Return the polygons with their outlines moved outwards by a distance."""
+    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
-    """Which polygons have a place as wide as that, shape (pieces,)."""
+    """Return a mask of the polygons that are at least as wide as the width somewhere, shape (pieces,)."""
     return ~shapely.is_empty(_offset(pieces, -width / 2))
 
 
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
-    """An overlay, on a grid where floating point fails, as it may in silence on nearly coincident sides."""
+    """Return an overlay of polygons, computed on a grid if floating point fails.
+
+    The failure can be silent on nearly coincident sides. It is detected by a difference in area from the
+    overlay on the grid.
+    """
     polygons = tuple(map(valid, polygons))
     safe = operation(*polygons, grid_size=grid)
     try:
         exact = operation(*polygons)
     except shapely.errors.GEOSException:
         return safe
-    around = sum(shapely.length(own) for own in (*polygons, safe))
-    return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * around, exact, safe)
+    perimeter = sum(shapely.length(polygon) for polygon in (*polygons, safe))
+    return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * perimeter, exact, safe)
 
 
 def valid(polygons: np.ndarray) -> np.ndarray:
-    """The polygons, mended where outlines cross themselves, as offsets leave them by rounding."""
-    crossed, mended = ~shapely.is_valid(polygons), polygons.copy()
-    mended[crossed] = shapely.orient_polygons(shapely.buffer(polygons[crossed], 0))
-    return mended
+    """Return the polygons, repaired if their outlines cross themselves, as offsets may leave them."""
+    crossed = ~shapely.is_valid(polygons)
+    repaired = polygons.copy()
+    repaired[crossed] = shapely.orient_polygons(shapely.buffer(polygons[crossed], 0))
+    return repaired
 
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """What pairs of polygons have in common, in pieces, and the pairs, rising."""
-    low1, high1, low2, high2 = (at for own in (one, other) for at in np.split(shapely.bounds(own), 2, axis=1))
+    """Return the intersections of pairs of polygons, in pieces, and the number of the pair of each piece.
+
+    The numbers are in rising order.
+    """
+    low1, high1 = np.split(shapely.bounds(one), 2, axis=1)
+    low2, high2 = np.split(shapely.bounds(other), 2, axis=1)
     near = np.flatnonzero((np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > tolerance)
     whole = sound(shapely.intersection, one[near], other[near], grid=GRID * tolerance)
     pieces, number = shapely.get_parts(whole, return_index=True)
@@ -69,12 +96,14 @@ def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
-    """Convex polygons that make up a polygon or multipolygon, and have no other corners than it has: corners
-    of each, counter-clockwise, shape (corners, 2); neighbours share whole sides.
+    """Return convex polygons that make up a polygon or multipolygon and have no other corners.
 
-    A constrained Delaunay triangulation, from which sides are left out, the longest first, where what they
-    divide is convex without them (Hertel and Mehlhorn 1983: at most four times the fewest pieces). Pieces
+    The corners of each piece are counter-clockwise, shape (corners, 2). Neighbours share whole sides. Pieces
     thinner than ``tolerance`` are dropped.
+
+    The algorithm of Hertel and Mehlhorn (1983) starts from a constrained Delaunay triangulation. It removes
+    sides, the longest first, if the merged piece is convex. The result has at most four times the least
+    number of pieces.
     """
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     coordinates = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
@@ -83,31 +112,33 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
     piece_at = {side: piece for piece, ring in rings.items() for side in steps_round(ring)}
     inner = [(a, b) for a, b in piece_at if a < b and (b, a) in piece_at]
     for a, b in sorted(inner, key=lambda side: -np.hypot(*(corners[side[1]] - corners[side[0]]))):
-        one, other = piece_at[a, b], piece_at[b, a]
-        if one == other:
+        first, second = piece_at[a, b], piece_at[b, a]
+        if first == second:
             continue
-        left, right = _from(rings[one], b), _from(rings[other], a)
-        # b ... a of the one piece, then what the other has between a and b.
-        whole = left + right[1:-1]
-        if not all(_convex(corners, whole, corner) for corner in (a, b)):
+        # The first ring from b to a, then the corners of the second ring between a and b.
+        whole = _rotated(rings[first], b) + _rotated(rings[second], a)[1:-1]
+        if not all(_is_convex(corners, whole, corner) for corner in (a, b)):
             continue
-        rings[one] = whole
-        piece_at |= dict.fromkeys(steps_round(rings.pop(other)), one)
+        rings[first] = whole
+        piece_at |= dict.fromkeys(steps_round(rings.pop(second)), first)
     pieces = [shapely.Polygon(corners[ring]) for ring in rings.values()]
     thick = (piece for piece in pieces if 2 * piece.area > tolerance * piece.length)
     return [shapely.get_coordinates(piece)[:-1] for piece in thick]
 
 
-def _from(ring: list[int], corner: int) -> list[int]:
+def _rotated(ring: list[int], corner: int) -> list[int]:
+    """Return a ring that starts at a corner."""
     at = ring.index(corner)
     return ring[at:] + ring[:at]
 
 
-def _convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
-    """Whether a ring turns left at a corner, or goes straight on."""
+def _is_convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
+    """Return True if a ring turns left at a corner, or goes straight on."""
     at = ring.index(corner)
     before, here, after = corners[[ring[at - 1], corner, ring[(at + 1) % len(ring)]]]
     (x0, y0), (x1, y1) = here - before, after - here
     size = np.hypot(x0, y0) * np.hypot(x1, y1)
     turn, ahead = x0 * y1 - y0 * x1, x0 * x1 + y0 * y1
-    return bool(turn > _STRAIGHT * size or (turn >= -_STRAIGHT * size and ahead > 0))
+    turns_left = turn > _INWARD_TOLERANCE * size
+    goes_straight_on = turn >= -_INWARD_TOLERANCE * size and ahead > 0
+    return bool(turns_left or goes_straight_on)

@@ -1,4 +1,4 @@
-"""The road over a scene in the plane: earth between it and blocks, and axles along it, with common sets."""
+"""Define the road over a scene in the plane: fill below it, and axles that move along it."""
 
 import math
 from collections.abc import Iterator
@@ -9,16 +9,18 @@ from pydantic import BaseModel, Field, PlainValidator
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, RoadLine, YesNo
 
-_TONNE = 9.81  #: Weight of a tonne, kN.
-TravelDirection = Literal["right", "left"]  #: Directions of travel.
+#: Weight of a tonne, in kN.
+_TONNE = 9.81
+#: Directions of travel along a road.
+TravelDirection = Literal["right", "left"]
 
 
 class AxleSet(NamedTuple):
-    """Distances between successive axles (m), their loads (kN), and where they stand."""
+    """Successive axles: their distances, their loads and the source."""
 
-    distances: tuple[float, ...]
-    loads: tuple[float, ...]
-    source: str
+    distances: tuple[float, ...]  #: from each axle to the next one, in m
+    loads: tuple[float, ...]  #: of each axle, in kN
+    source: str  #: the standard that defines the set
 
 
 _LM1 = "EN 1991-2:2003, 4.3.2, load model 1, tandem system of {}, characteristic, without the uniform load"
@@ -41,23 +43,25 @@ SETS = {
 class Axles(Record):
     """A group of axles that moves along a road over a scene in the plane: see :func:`~masonry_opt.crossing`.
 
-    Raises CaseError if loads are missing or not positive, distances are not one fewer, a set is unknown or
-    given beside them, or the road does not run from left to right.
+    Raises CaseError if loads are missing or not positive, if distances are not one fewer than loads, if a set
+    is unknown or given together with loads, or if the road does not run from left to right.
 
     Parameters
     ----------
     name: Unique among the groups of a scene.
-    loads: Of each axle, straight down, the first axle first.
-    distances: From each axle to the next behind it: one fewer than loads.
-    set: In place of both, a common set by its name, in m and kN: ``SETS`` has them with their sources.
-    factor: By which all loads are multiplied: a dynamic or a partial factor.
-    width: Effective width of the bridge that carries them: the scene carries its ``thickness`` over that of
-        each load (default: all). On roads commonly 1.5 m and the depth of fill, on railways 0.8 m and twice
-        the depth below the sleeper (B. Harvey, "Available width, effective width, and transverse
-        distribution", help.obvis.com, 2024, which names CS 454 and British Railways for them), no more than
-        there is, and less where lanes or tracks lie side by side.
-    road: Points of the road's line from left to right. Default: that of the scene's fills.
-    travels: "right", "left" or "both" (the default); of a group that is the same from behind one is enough.
+    loads: Load of each axle, straight down, the first axle first.
+    distances: Distance from each axle to the next one behind it: one fewer than loads.
+    set: In place of loads and distances, the name of a common set, in m and kN: ``SETS`` has the sets with
+        their sources.
+    factor: Factor of all loads: a dynamic or a partial factor.
+    width: Effective width of the bridge that carries the axles. The scene carries the share ``thickness`` /
+        ``width`` of each load (default: all). On roads commonly 1.5 m plus the depth of fill, on railways 0.8
+        m plus twice the depth below the sleeper (B. Harvey, "Available width, effective width, and transverse
+        distribution", help.obvis.com, 2024, which names CS 454 and British Railways for them). It is at most
+        the width of the bridge, and less if lanes or tracks lie side by side.
+    road: Points of the road's line from left to right. Default: the road of the scene's fills.
+    travels: "right", "left" or "both" (the default). A group that is equal from both ends is moved in one
+        direction only.
     """
 
     name: Name
@@ -83,13 +87,13 @@ class Axles(Record):
 
     @property
     def group(self) -> AxleSet:
-        """Its distances, loads (with the factor) and source."""
+        """Return the distances, the loads (with the factor) and the source of the group."""
         given = SETS[self.set] if self.set else AxleSet(tuple(self.distances), tuple(self.loads), "")
         return given._replace(loads=tuple(self.factor * load for load in given.loads))
 
     @property
     def directions(self) -> tuple[TravelDirection, ...]:
-        """Directions of travel that differ, of those asked for."""
+        """Return the directions of travel, only one for both if the group is equal from both ends."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
@@ -98,24 +102,27 @@ class Axles(Record):
 
 
 def _spread(value: Any) -> float | bool:
-    angle = isinstance(value, int | float) and value is not True and 0 < value < 90
-    if angle or value is False:
-        return float(value) if angle else value
+    """Return the angle of spread in degrees, or False. Raises ValueError for any other value."""
+    if value is False:
+        return value
+    if isinstance(value, int | float) and value is not True and 0 < value < 90:
+        return float(value)
     raise ValueError("must be an angle between 0 and 90 degrees, or false")
 
 
 class Backing(Record):
     """The part of a :class:`Fill` below a line, such as rubble or concrete over the haunches of an arch.
 
-    Raises CaseError if the line does not run from left to right, a value is out of range, or the share of the
-    passive pressure lies below the active one.
+    Raises CaseError if the line does not run from left to right, if a value is out of range, or if the share
+    of the passive pressure is below the active pressure.
 
     Parameters
     ----------
-    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road. There is no
-        backing beyond its ends, nor where blocks reach above it.
-    unit_weight: As of the fill.
-    friction_angle, mobilised: For its pressure, where the fill presses: as of the fill (default: the fill's).
+    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road. There is no backing beyond
+        its ends, nor where blocks reach above it.
+    unit_weight: Weight per unit area, as in :class:`Fill`.
+    friction_angle, mobilised: Properties of its pressure, if the fill presses, as in :class:`Fill` (default:
+        those of the fill).
     """
 
     line: RoadLine
@@ -127,25 +134,28 @@ class Backing(Record):
 class Fill(Record):
     """Earth between blocks and the line of a road above them, in the plane.
 
-    It lies on whatever edges are the first below the road, and beside the upright edges between these. Its
-    weight is a dead load on them; loads on the road spread through it; and it presses against faces with
-    what holds them best between its active limit and a share of its passive one.
+    It lies on the first edges below the road, and against the upright faces between them. Its weight is a
+    dead load on these edges. Loads on the road spread through it. It presses against faces with the force
+    that is most favourable for stability, between its active pressure and a share of its passive pressure.
 
-    Raises CaseError if the road does not run from left to right, a value is out of range, or the share of the
-    passive pressure lies below the active one.
+    Raises CaseError if the road does not run from left to right, if a value is out of range, or if the share
+    of the passive pressure is below the active pressure.
 
     Parameters
     ----------
-    road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where it ends.
-    unit_weight: Weight per unit area; per unit volume where the scene has a ``thickness``.
+    road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where the road ends.
+    unit_weight: Weight per unit area, or per unit volume if the scene has a ``thickness``.
     friction_angle: φ in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
-    mobilised: The share m of the passive pressure that the fill may reach: pressure, horizontal, lies between
-        K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
-    weight: Whether the fill's weight acts on the blocks.
-    spread: Angle to the vertical, in degrees, within which loads on the road spread; False: straight down.
-    pressure: Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
-    backing: The part of it below a line: :class:`Backing`. σ is then the weight of both above a point, and
-        the coefficients are those of the zone in which the face lies; loads spread as in the fill.
+    mobilised: The share m of the passive pressure that the fill may reach. The horizontal pressure lies
+        between K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
+    weight: True if the fill's weight acts on the blocks.
+    spread: Angle to the vertical, in degrees, within which loads on the road spread. False: loads act
+        straight down.
+    pressure: True if the fill presses on faces. If False, ``friction_angle`` and ``mobilised`` are not
+        needed.
+    backing: The part of the fill below a line: :class:`Backing`. σ is then the weight of fill and backing
+        above a point. The pressure coefficients are those of the zone in which the face lies. Loads spread in
+        the backing as in the fill.
     """
 
     road: RoadLine
@@ -166,8 +176,10 @@ class Fill(Record):
             if least > most:
                 yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: give a larger share"
         if self.backing:
-            (_, backed), line, road = self.zones, np.array(self.backing.line), np.array(self.road)
+            backed = self.zones[1]
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
+            line = np.array(self.backing.line)
+            road = np.array(self.road)
             x = np.unique([*line[:, 0], *road[:, 0]])
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
@@ -177,16 +189,16 @@ class Fill(Record):
 
     @property
     def zones(self) -> "tuple[Fill, ...]":
-        """The fill, and its backing as a fill below its line, if it has one."""
+        """Return the fill and, if it has a backing, the backing as a fill below its line."""
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # Unchecked: what is wrong with it is said of the backing.
+        # The copy is not validated here. The backing is validated on its own, so that an error names it.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property
     def coefficients(self) -> tuple[float, float, float]:
-        """K_a, K_0 = 1 - sin φ (Jaky), and m K_p, of a fill that presses."""
+        """Return K_a, K_0 = 1 - sin φ (Jaky) and m K_p of a fill that presses."""
         assert self.friction_angle is not None
         assert self.mobilised is not None
         active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2

@@ -1,4 +1,4 @@
-"""Tables of arrays with as many rows each, what is found row by row, and combinations of rows."""
+"""Provide tables of arrays with equal numbers of rows, functions of rows, and combinations of rows."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -9,74 +9,101 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-_MOST_AT_ONCE = 2_000_000  #: Combinations held in memory at a time.
+#: Largest number of combinations in one chunk. A larger value takes more memory at a time.
+_CHUNK_SIZE = 2_000_000
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Columns with as many rows each, arrays or such tables again."""
+    """Table of columns with equal numbers of rows; a column is an array or another table."""
 
     def where(self, chosen: np.ndarray) -> Self:
-        """The rows of a mask, or with these numbers in this order."""
-        columns = (getattr(self, column.name) for column in fields(self))
-        return type(self)(*(one.where(chosen) if isinstance(one, Rows) else one[chosen] for one in columns))
+        """Return the rows of a mask, or the rows with the given numbers in their order."""
+        columns = (getattr(self, field.name) for field in fields(self))
+        return type(self)(
+            *(column.where(chosen) if isinstance(column, Rows) else column[chosen] for column in columns)
+        )
 
     def then(self, *more: Self) -> Self:
-        """These rows, then more."""
-        every = ([getattr(one, column.name) for one in (self, *more)] for column in fields(self))
-        new = (own[0].then(*own[1:]) if isinstance(own[0], Rows) else np.concatenate(own) for own in every)
-        return type(self)(*new)
+        """Return the rows of this table, followed by those of others."""
+        columns = ([getattr(table, field.name) for table in (self, *more)] for field in fields(self))
+        return type(self)(
+            *(
+                parts[0].then(*parts[1:]) if isinstance(parts[0], Rows) else np.concatenate(parts)
+                for parts in columns
+            )
+        )
 
 
 def dots(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Scalar products of the rows, shape (rows,)."""
+    """Return the scalar products of the rows of two arrays, shape (rows,)."""
     return np.einsum("ij,ij->i", one, other)
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of the rows, shape (rows,)."""
+    """Return the lengths of the rows, shape (rows,)."""
     return np.sqrt(dots(vectors, vectors))
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Sums of the rows of values, shape (rows, k), by owner, shape (count, k)."""
+    """Return the sums of the rows of each owner, shape (count, k), for values of shape (rows, k)."""
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest of the rows of values by owner, rising, each of which has some, shape (count, k)."""
+    """Return the least and the largest values of the rows of each owner, shape (count, k) each.
+
+    Owners are in rising order, and each owner has at least one row.
+    """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
-    """Of each row the first one with the same numbers."""
-    _, first, own = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first[own.reshape(-1)]
+    """Return the number of the first row that is equal to each row."""
+    _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first[group.reshape(-1)]
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Number of the group of each of so many rows, which pairs of rows link, shape (count,)."""
+    """Return the number of the connected component of each of ``count`` rows, shape (count,).
+
+    The pairs ``one`` and ``other`` link rows.
+    """
     links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return connected_components(links, directed=False)[1]
 
 
 def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Which of so many faces to turn round, given pairs that share an edge, and whether they run along it the
-    same way, which none shall; and which cannot be turned so. Shape (count,) each."""
-    # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
+    """Return the faces that must be turned so that all faces of a surface have one orientation.
+
+    Parameters
+    ----------
+    count : int
+        Number of faces.
+    one, other : ndarray
+        Pairs of faces that share an edge.
+    alike : ndarray
+        True if both faces of a pair run along the edge in the same direction, which none shall.
+
+    Returns
+    -------
+    turn, contradictory : ndarray, shape (count,)
+        Masks of the faces to turn, and of the faces for which no choice is consistent.
+    """
+    # The graph has two nodes for each face, unturned and turned. Links join the nodes that must go together.
     together = np.where(alike, other + count, other), np.where(alike, other, other + count)
     group = linked(2 * count, np.append(one, one + count), np.append(*together))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """So many numbers from each first one upwards, one range after another."""
+    """Return ranges of numbers, one after another, from each first number upwards."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """The number that follows each in rings of so many numbers, one after the other."""
+    """Return the number that follows each number in rings of given sizes, numbered one after another."""
     ends = np.cumsum(count)
     after = np.arange(1, count.sum() + 1)
     after[ends[count > 0] - 1] = (ends - count)[count > 0]
@@ -84,14 +111,18 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Each number of a ring and the next one."""
+    """Return pairs of each number of a ring and the next one."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All pairs from ranges of numbers side by side: which ranges, and the two; the second runs fastest."""
+    """Return all pairs of numbers from two lists of ranges.
+
+    The results are the number of the range, the number from the first range and that from the second range,
+    which varies fastest.
+    """
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)
     step = ranges(np.zeros_like(size), size)
@@ -99,18 +130,23 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Slices of so many combinations each that memory holds them."""
-    ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _MOST_AT_ONCE)) + 1
+    """Yield slices of consecutive sizes whose combinations fit into memory."""
+    ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 
 
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """What gaps, in any order, leave of the length from one place to another, in pieces longer than so."""
-    left, at = [], start
+    """Return the pieces of a length that gaps leave free.
+
+    The length is from ``start`` to ``end``. Gaps can be in any order. Pieces that are not longer than
+    ``least`` are left out.
+    """
+    pieces = []
+    position = start
     for low, high in [*sorted(map(tuple, gaps)), (end, end)]:
-        if min(low, end) - at > least:
-            left.append((at, float(min(low, end))))
-        at = max(at, high)
-    return left
+        if min(low, end) - position > least:
+            pieces.append((position, float(min(low, end))))
+        position = max(position, high)
+    return pieces

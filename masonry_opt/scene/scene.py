@@ -1,4 +1,4 @@
-"""The scene: blocks, joint properties and gravity, before any mathematics; in one of its load cases."""
+"""Define the scene: blocks, joint properties, gravity and loads, before any mathematics."""
 
 from collections.abc import Iterator
 from html import escape
@@ -15,48 +15,56 @@ from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
-_DRAWN = 2000  #: Blocks above which a notebook, which keeps all that it shows, shows no drawing.
+#: Blocks above which a notebook shows no drawing. A notebook stores what it shows, and larger drawings would
+#: make its file large.
+_MOST_DRAWN_BLOCKS = 2000
 
 
 class Scene(SceneKeys):
-    """Rigid blocks and their joint properties; the joints are found from the geometry. ``scene["A"]`` is the
-    block of that name.
+    """Rigid blocks and their joint properties. The joints are found from the geometry.
 
-    Raises CaseError if names repeat, no block is fixed or none can move, an exception or load names no block,
-    a load a fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load
-    case names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
-    ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each other,
-    or gravity is not straight down.
+    ``scene["A"]`` is the block with that name.
+
+    Raises CaseError in these cases:
+
+    - Names repeat, no block is fixed or none can move.
+    - An exception or a load names a block that does not exist, or a load acts on a fixed block.
+    - A tilted scene has loads that do not tilt, or a scene with an earthquake has live loads.
+    - A load case names a group that no load has.
+    - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
+      ``dilatancy_stress``), or a scene in the plane has keys of space.
+    - Fills lie above each other, or gravity is not straight down in a scene with fills.
 
     Parameters
     ----------
-    blocks: At least one fixed and one movable :class:`Block`, with unique names; for a scene in space
-        :class:`Solid` in place of each.
+    blocks: At least one fixed and one movable :class:`Block`, with unique names. A scene in space has
+        :class:`Solid` records instead.
     joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
     exceptions: Records for the joints that differ (:class:`Joint`).
-    gravity: Direction in which weights act (only the direction counts), default straight down: -y, in space
-        -z.
-    tolerance: Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
-        were rounded (default: 1e-6 of the diagonal round the movable blocks).
-    contact_tolerance: In space: faces of two blocks that face each other touch if they stand no farther apart
-        than this, or reach no deeper into each other, for blocks that are drawn apart or into one another.
-        Small details stay, other than with a large ``tolerance`` (default: the tolerance).
-    thickness: Out of the plane (solids have their own). What is per unit length in the plane is then per unit
-        area, and what is per unit area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and
-        edge loads are multiplied by it. ``weight``, ``live`` and ``dead`` are forces as they are.
-    tilt: "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
-        block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
-        tilt. Goes with weights and friction alone. In space a direction ``[x, y, z]``, of which the part
-        square to gravity counts.
+    gravity: Direction in which weights act; its length has no effect. The default is straight down: -y, in
+        space -z.
+    tolerance: Length below which gaps and overlaps between blocks are ignored (default: 1e-6 of the diagonal
+        round the movable blocks). Raise it if coordinates are rounded.
+    contact_tolerance: For solids that are drawn with gaps or overlaps: faces that face each other are in
+        contact if their gap or overlap is at most this (default: the tolerance). In contrast to a large
+        ``tolerance`` it preserves small details.
+    thickness: Thickness out of the plane (solids have their own). It multiplies all quantities per unit
+        length or area of the plane: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge loads, which are
+        then per unit area or volume. The forces ``weight``, ``live`` and ``dead`` are not multiplied.
+    tilt: "left" or "right": the side to which the ground is tilted until the scene collapses. The live load
+        is the weight of every block, turned a quarter from gravity to that side, and the load factor is the
+        tangent of the tilt. A tilted scene may have only weights and friction. In space a direction ``[x, y,
+        z]``, of which the part perpendicular to gravity counts.
     edge_loads: Loads along edges (:class:`EdgeLoad`).
-    loads: Forces on single blocks by name (:class:`Load`), beside those the blocks have.
-    axles: Groups of axles that move along a road (:class:`Axles`), for :func:`~masonry_opt.crossing` alone;
-        in the plane.
+    loads: Forces on single blocks by name (:class:`Load`), in addition to those of the blocks.
+    axles: Groups of axles that move along a road (:class:`Axles`), used by :func:`~masonry_opt.crossing`
+        alone; in the plane.
     fills: Earth between blocks and a road (:class:`Fill`); in the plane, with gravity straight down.
     ties, props: :class:`Tie` and :class:`Prop` records.
-    load_cases: Of them (:class:`LoadCase`) :func:`solve` takes one by its name, :func:`solve_cases` all.
+    load_cases: Load cases (:class:`LoadCase`): :func:`solve` solves one of them by its name,
+        :func:`solve_cases` all.
     earthquake: The live load of a scene without load cases: :class:`Earthquake`.
-    title, source: What the scene is and where it comes from.
+    title, source: Title of the scene, and the source that it is taken from.
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
     """
 
@@ -69,79 +77,90 @@ class Scene(SceneKeys):
 
     @property
     def fixed(self) -> np.ndarray:
-        """Which blocks are fixed, shape (blocks,)."""
+        """Return a mask of the fixed blocks, shape (blocks,)."""
         return np.array([block.fixed for block in self.blocks])
 
     def __getitem__(self, name: str) -> Block | Solid:
-        """The block of a name. Raises CaseError if there is none."""
+        """Return the block with a name. Raises CaseError if there is none."""
         by_name = {block.name: block for block in self.blocks}
         if name not in by_name:
             raise CaseError(f"{self.origin}: no block is named {name!r}{did_you_mean(str(name), by_name)}")
         return by_name[name]
 
     def __repr__(self) -> str:
-        """Two lines: what it is called, and how many records of each kind it has."""
-        lists = {name: of for name, of in vars(self).items() if isinstance(of, list) and of}
-        said = [counted(len(of), name.removesuffix("s").replace("_", " ")) for name, of in lists.items()]
-        said.append(f"{self.fixed.sum()} of the blocks fixed")
+        """Return two lines: the name of the scene, and the number of records of each kind."""
+        lists = {name: value for name, value in vars(self).items() if isinstance(value, list) and value}
+        facts = [
+            counted(len(records), name.removesuffix("s").replace("_", " ")) for name, records in lists.items()
+        ]
+        facts.append(f"{self.fixed.sum()} of the blocks fixed")
         law = self.joints.model_dump(exclude_defaults=True)
-        said += [f"{key} {value:.4g}" for key, value in law.items() if isinstance(value, float)]
-        said += [key for key in ("tilt", "earthquake") if getattr(self, key)]
+        facts += [f"{key} {value:.4g}" for key, value in law.items() if isinstance(value, float)]
+        facts += [key for key in ("tilt", "earthquake") if getattr(self, key)]
         if self.load_case:
-            said.append(f"in load case {self.load_case.name!r}")
+            facts.append(f"in load case {self.load_case.name!r}")
         where = "the plane" if self.dimension == 2 else "space"
-        return f"<Scene {self.called!r} in {where}\n {', '.join(said)}>"
+        return f"<Scene {self.called!r} in {where}\n {', '.join(facts)}>"
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: these lines, and what ``mo.draw`` draws."""
-        # By way of the package, which imports names when they are wanted: what draws stands above scenes.
+        """Return the representation in a notebook: the text of ``repr`` and the drawing of ``mo.draw``."""
+        # Drawing depends on scenes. The package imports it on first use, which avoids a circular import.
         import masonry_opt as mo
 
-        said, drawn = repr(self), ""
+        text = repr(self)
+        drawing = ""
         try:
-            if len(self.blocks) > _DRAWN:
-                raise OptionError(f"its blocks are more than {_DRAWN}; mo.draw(scene) draws them")
-            drawn = f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
+            if len(self.blocks) > _MOST_DRAWN_BLOCKS:
+                raise OptionError(f"its blocks are more than {_MOST_DRAWN_BLOCKS}; mo.draw(scene) draws them")
+            drawing = (
+                f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
+            )
         except MasonryError as error:
-            said += f"\n not drawn: {error}"
-        return f'<pre style="white-space:pre-wrap">{escape(said)}</pre>{drawn}'
+            text += f"\n not drawn: {error}"
+        return f'<pre style="white-space:pre-wrap">{escape(text)}</pre>{drawing}'
 
     def replace(self, **changes: Any) -> Self:
-        """A scene with other values, checked as a call checks them, read from the same file and in the same
-        load case; this one stays as it is.
+        """Return a scene with other values, which are checked as in a call. This scene does not change.
 
-        A mapping changes the keys of a record, or the records of a list, that it names:
-        ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
-        ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
+        The new scene has the same origin and is in the same load case. A mapping changes only the keys of a
+        record, or the records of a list, that it names: ``scene.replace(joints={"friction": 0.3},
+        blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
+        record of the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises CaseError if a key is unknown or may be one of several, or a call with these values would.
+        Raises CaseError if a key is unknown or ambiguous, or if a call with these values would.
         """
         return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 
     def in_case(self, name: str) -> Self:
-        """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
+        """Return the scene in one of its load cases, given its name.
+
+        Raises OptionError if the scene has no such load case.
+        """
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
             return self.with_load_case(by_name[name])
-        there = ", ".join(map(repr, by_name))
-        what = f"there are: {there}" if there else "it has none: leave the name out"
-        raise OptionError(f"{self.origin}: no load case {name!r}; {what}")
+        known = ", ".join(map(repr, by_name))
+        remedy = f"there are: {known}" if known else "it has none: leave the name out"
+        raise OptionError(f"{self.origin}: no load case {name!r}; {remedy}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
-        """The scene in a load case, whose groups and directions it knows."""
+        """Return the scene in a load case, whose groups and directions must be known in the scene."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """The scene in the load case that another one, from which it was made, is in."""
+        """Return the scene in the load case of the scene from which it was made."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
-        """Raise OptionError if it has load cases and is in none of them: which loads act is not known."""
+        """Raise OptionError if the scene has load cases and is in none of them.
+
+        It is then not known which loads act.
+        """
         if self.load_cases and self.load_case is None:
             raise OptionError(
                 f"{self.origin}: has load cases: name one of them, 'load_case' (--load-case): "
@@ -151,30 +170,37 @@ class Scene(SceneKeys):
 
     @property
     def load_case(self) -> LoadCase | None:
-        """The load case that it is in; None: loads act as they are given."""
+        """Return the load case that the scene is in, None if loads act as they are given."""
         return self._load_case
 
     @property
     def shaken_by(self) -> Earthquake | None:
-        """The earthquake that it is in, which is then its one live load."""
+        """Return the earthquake that acts, which is then the only live load."""
         return self.earthquake if self._load_case is None else self._load_case.earthquake
 
     def shaken(self, quake: Earthquake) -> Self:
-        """Return the scene in an earthquake in place of all other live loads, with the dead loads of its load
-        case. It has no reference values: those are load factors of other live loads.
+        """Return the scene with an earthquake in place of all other live loads.
 
-        Raises CaseError if the scene cannot be in that earthquake.
+        The dead loads remain those of its load case. The result has no reference values, because reference
+        values are load factors of other live loads. Raises CaseError if the direction of the earthquake is
+        not valid in this scene.
         """
-        if mistake := wrong_direction(self, quake):
+        mistake = wrong_direction(self, quake)
+        if mistake:
             raise CaseError(f"{self.origin}: 'earthquake': {mistake}")
-        without = BaseModel.model_copy(self, update={"reference": {}})
-        if case := self.load_case:
-            return without.with_load_case(case.replace(live={}, earthquake=quake))
-        # Beside other live loads, which no longer act, a scene that is checked takes none.
-        return BaseModel.model_copy(without, update={"earthquake": quake})
+        without_reference = BaseModel.model_copy(self, update={"reference": {}})
+        case = self.load_case
+        if case:
+            return without_reference.with_load_case(case.replace(live={}, earthquake=quake))
+        # The copy is not checked: a check would refuse the earthquake beside live loads, which no longer act.
+        return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
-        """What loads of a group, given as "weight", "dead" or "live", are multiplied by as dead or live."""
+        """Return the factor of a group of loads when they act as dead or as live.
+
+        ``kind`` is the kind as which they act. ``given`` is the kind as which the scene gives them: "weight",
+        "fill", "dead" or "live".
+        """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
         if self._load_case is not None:
@@ -183,56 +209,68 @@ class Scene(SceneKeys):
 
     @property
     def factor_of_axles(self) -> float:
-        """What axles are multiplied by where they cross: 0 in a load case that does not name them."""
+        """Return the factor of axles that cross the scene, 0 in a load case that does not name them."""
         return self.factor("live", "live", "axles")
 
     @property
     def factor_of_pressure(self) -> float:
-        """What the pressures of fills are multiplied by."""
+        """Return the factor of the pressures of fills."""
         return 1.0 if self._load_case is None else self._load_case.pressure
 
     @property
     def shaking(self) -> np.ndarray | None:
-        """Push of an earthquake over the weights that it pushes, shape (2,) or (3,); None without one."""
+        """Return the push of the earthquake per unit of weight, shape (2,) or (3,).
+
+        None if there is no earthquake.
+        """
         quake = self.shaken_by
-        if quake is None or (sideways := self.sideways(quake.towards)) is None:
+        if quake is None:
+            return None
+        sideways = self.sideways(quake.towards)
+        if sideways is None:
             return None
         return np.asarray(quake.coefficient * (sideways + quake.vertical * self.down))
 
     def in_plane(self) -> list[Block]:
-        """The blocks of a scene in the plane. Raises OptionError of one in space."""
+        """Return the blocks of a scene in the plane. Raises OptionError for a scene in space."""
         if self.dimension == 3:
             raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
         return [block for block in self.blocks if isinstance(block, Block)]
 
     def in_space(self) -> list[Solid]:
-        """The blocks of a scene in space. Raises OptionError of one in the plane."""
+        """Return the blocks of a scene in space. Raises OptionError for a scene in the plane."""
         if self.dimension == 2:
             raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
         return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property
     def origin(self) -> str:
-        """The case file the scene was read from, or ``"scene"``; errors begin with it."""
+        """Return the case file that the scene was read from, or ``"scene"``.
+
+        Error messages begin with it.
+        """
         return self._origin
 
     @property
     def called(self) -> str:
-        """What results call the scene: its case file, else its title, else ``"scene"``."""
+        """Return the name of the scene in results: its case file, else its title, else ``"scene"``."""
         return self._origin if self._origin != "scene" else self.title or "scene"
 
     @property
     def case(self) -> SceneKeys | None:
-        """The case file as it was read, its generators not expanded; None of a scene made in Python."""
+        """Return the case file as it was read, with generators that are not expanded.
+
+        None if the scene was made in Python.
+        """
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
-        """The same scene with the file it was read from, and the content of that."""
+        """Return the scene with the name of the file that it was read from, and the content of the file."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Scenes are equal if their keys are, wherever they were read from."""
+        """Return True if the keys and load cases are equal, whatever the origin of the scenes."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Case files as plain tables, read in bounded time and memory whatever the file holds."""
+"""Read case files as plain tables, in bounded time and memory, whatever a file contains."""
 
 import importlib
 import json
@@ -16,18 +16,31 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
 
-#: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
-#: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
+#: Largest size of a case file, in bytes. It holds about 90,000 blocks, more than can be solved; larger walls
+#: are generated, see ``[wall]``. Reading takes about 80 times the memory, and up to 400 times for malicious
+#: files.
 LARGEST_FILE = 10_000_000
-_MOST_ENTRIES = 200_000  #: Entries of one list of tables: each wrong one is a mistake to be told.
-#: Parts of a dotted key, of which case files have three; memory to parse them grows with their square.
+
+#: Largest number of entries in one list of tables. Each wrong entry takes memory and time for its message.
+_MOST_ENTRIES = 200_000
+
+#: Largest number of parts of a dotted key. Case files need three; the memory to parse a key grows with the
+#: square.
 _MOST_PARTS = 9
+
+#: Regular expression of one part of a dotted key.
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
+
+#: Regular expression of a dotted key with too many parts.
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
 
 
 def as_path(path: str | Path, of: str, *ends: str) -> Path:
-    """The path of a file. Raises CaseError if it is none, or its name has none of these ends."""
+    """Return the path of a file.
+
+    ``of`` is the name of the file in errors. Raises CaseError if the path is not a path, or has none of the
+    endings ``ends``.
+    """
     try:
         path = Path(path)
     except TypeError:
@@ -38,7 +51,10 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """Tables of a TOML or JSON file. Raises CaseError if it cannot be read, or is too large or not valid."""
+    """Return the tables of a TOML or JSON file.
+
+    Raises CaseError if the file cannot be read, is too large or is not valid.
+    """
     case = parse_file(path)
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
@@ -51,7 +67,10 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_file(path: Path) -> Any:
-    """Content of a ``.toml`` or ``.json`` file, of any kind. Raises CaseError as :func:`read_tables` does."""
+    """Return the content of a ``.toml`` or ``.json`` file, of any type.
+
+    Raises CaseError as :func:`read_tables` does.
+    """
     remedy = "split the scene, or generate its blocks with [wall]"
     data = read_bytes(path, LARGEST_FILE, f", more than a scene that can be solved needs: {remedy}")
     if path.suffix.lower() not in _PARSERS:
@@ -63,16 +82,20 @@ def parse_file(path: Path) -> Any:
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply to be a case file") from None
     except ValueError as error:
-        # Beside what the parsers find: whole numbers of more digits than Python converts.
+        # Python refuses to convert whole numbers of thousands of digits.
         why = str(error)
         if "integer string conversion" in why:
             why = "a whole number has thousands of digits"
-        why = why if len(why) <= 300 else why[:297] + "..."
+        if len(why) > 300:
+            why = why[:297] + "..."
         raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {why}") from None
 
 
 def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
-    """Content of a file. Raises CaseError if there is none, it is no regular one, or larger than taken."""
+    """Return the content of a file.
+
+    Raises CaseError if the file does not exist, is not a regular file or is larger than ``largest`` bytes.
+    """
     data = b""
     try:
         mode = path.stat().st_mode
@@ -81,7 +104,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:  # a ValueError is that of a path no file can have
+    except (OSError, ValueError) as error:  # ValueError: no file can have this path
         raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
         raise CaseError(f"{path}: is a folder, not a case file")
@@ -93,7 +116,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
 
 
 def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) -> None:
-    """Write a file, whole or not at all. Raises the refusal if it cannot be written."""
+    """Write a file completely or not at all. Raises ``refusal`` if it cannot be written."""
     try:
         write_whole(path, content)
     except (OSError, ValueError) as error:
@@ -101,7 +124,7 @@ def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) ->
 
 
 def library(name: str, hint: str) -> Any:
-    """A library of an extra. Raises OptionError, with a hint at that, if it is not installed."""
+    """Import a library of an optional extra. Raises OptionError with the hint if it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -110,7 +133,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Makes what a broken file has a library raise, any exception at all, a refusal of one line."""
+    """Replace any exception that a library raises on a broken file by a refusal of one line."""
     try:
         yield
     except MemoryError:
@@ -120,13 +143,16 @@ def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
 
 
 def _toml(text: str) -> Any:
-    if found := _LONG_KEY.search(text):
-        line = text.count("\n", 0, found.start()) + 1
+    """Return the tables of a TOML text. Raises ValueError if a key has too many parts."""
+    long_key = _LONG_KEY.search(text)
+    if long_key:
+        line = text.count("\n", 0, long_key.start()) + 1
         raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
     return tomllib.loads(text, parse_float=_number)
 
 
 def _number(text: str) -> float:
+    """Return a number of a text. Raises ValueError if it exceeds double precision."""
     value = float(text)
     if math.isinf(value) and "inf" not in text:
         raise ValueError(f"the number {text[:40]} is too large")
@@ -134,7 +160,10 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object. Raises ValueError if a key is given twice: the parser would keep the last in silence."""
+    """Return a JSON object.
+
+    Raises ValueError if a key is given twice, because the parser would silently use the last one.
+    """
     for key in repeated(key for key, _ in pairs):
         raise ValueError(f"key '{key}' is given twice in one object")
     return dict(pairs)

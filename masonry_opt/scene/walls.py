@@ -15,24 +15,26 @@ Course = Annotated[
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
 ]
 
-#: A block of a course: its ends, in full blocks, and its weight, None if it weighs by its area.
+#: A block of a course: its ends, in full blocks, and its weight, None if its weight is that of its area.
 _CoursePiece = tuple[float, float, float | None]
 
 
 class Wall(WeighedGenerator):
     """Courses of blocks, bottom first, starting at x = 0 on a fixed base whose top is y = 0.
 
-    Raises CaseError if a course has no block or an unknown name, or the weight is missing or doubled.
+    Raises CaseError if a course has no block or an unknown name, or if the weight is missing or given twice.
 
     Parameters
     ----------
     block: Length and height of a full block.
-    weight: Weight of a full block; shorter blocks weigh in proportion.
-    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
-    courses: Each a list of lengths in full blocks, negative ones gaps, or the name of a list in ``course``.
-    course: Named courses, so that a bond can be read at a glance.
-    repeat: How often the list of courses is built, one above the other.
-    base: Whether a fixed base, one block longer at either end, is built under the bottom course.
+    weight: Weight of a full block; that of shorter blocks is proportional to their length.
+    unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
+        ``thickness``.
+    courses: Courses, each a list of lengths in full blocks, or the name of a list in ``course``. Negative
+        lengths are gaps.
+    course: Named courses, which make a bond easy to read.
+    repeat: Number of times that the list of courses is built, one above the other.
+    base: True for a fixed base under the bottom course, one block longer at either end.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
     """
@@ -58,7 +60,7 @@ class Wall(WeighedGenerator):
 
     @property
     def size(self) -> int:
-        """Number of blocks and gaps."""
+        """Return the number of blocks and gaps."""
         return self.repeat * sum(len(self._lengths(entry)) for entry in self.courses)
 
     def _lengths(self, entry: str | list[float]) -> list[float]:
@@ -83,25 +85,29 @@ class Wall(WeighedGenerator):
 class Facade(WeighedGenerator):
     """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
 
-    Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of an
-    opening, its inner half is left away. A storey has an even number of courses: ``sill``, the height of
-    ``opening``, the lintel's, which is a shifted one, and ``spandrel``.
+    Courses alternate between unshifted and shifted ones, the lowest unshifted. Where a block of a shifted
+    course would cross the edge of an opening, its inner half is left out. A storey has an even number of
+    courses: ``sill``, the height of ``opening``, the lintel, which lies in a shifted course, and
+    ``spandrel``.
 
-    Raises CaseError if the courses do not add up, a door is none, or a weight is missing or doubled.
+    Raises CaseError if the courses do not add up, if a door does not exist, or if a weight is missing or
+    given twice.
 
     Parameters
     ----------
     openings: Numbers of openings across and upwards.
     block: Length and height of a full block.
-    jamb: Width, in blocks, of the masonry on either side of an opening; piers between two are twice as wide.
+    jamb: Width, in blocks, of the masonry on either side of an opening; piers between two openings are twice
+        as wide.
     opening: Width in blocks and height in courses of an opening.
     sill, spandrel: Courses below an opening, and above its lintel, within its storey.
-    doors: Which openings of the lowest storey reach the ground, 1 the leftmost; without ``sill`` all do.
-    weight: Weight of a full block; shorter blocks weigh in proportion.
+    doors: Openings of the lowest storey that reach the ground, 1 the leftmost; without a ``sill`` all do.
+    weight: Weight of a full block; that of shorter blocks is proportional to their length.
     lintel_weight: Weight of a lintel, which bears half a block on either side; goes with ``weight``.
-    unit_weight: In place of both weights: per unit area, per unit volume where the scene has a ``thickness``.
-    omit_top_left: Whether the leftmost block of the top course is left away, as in the paper's façades.
-    base: Whether the base is built.
+    unit_weight: In place of both weights: weight per unit area, or per unit volume if the scene has a
+        ``thickness``.
+    omit_top_left: True to leave out the leftmost block of the top course, as in the paper's façades.
+    base: True for a fixed base.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
     """
@@ -137,17 +143,17 @@ class Facade(WeighedGenerator):
 
     @property
     def size(self) -> int:
-        """Number of blocks without openings."""
+        """Return the number of blocks of the façade if it had no openings."""
         return self.width * self.storey * self.openings[1]
 
     @property
     def storey(self) -> int:
-        """Number of courses of a storey."""
+        """Return the number of courses of a storey."""
         return self.sill + self.opening[1] + 1 + self.spandrel
 
     @property
     def width(self) -> int:
-        """Width in blocks."""
+        """Return the width in blocks."""
         return self.openings[0] * (self.opening[0] + 2 * self.jamb)
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
@@ -178,28 +184,33 @@ class Facade(WeighedGenerator):
         return sorted(pieces, key=lambda piece: piece[0])
 
     def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
-        """Left and right ends of the openings with these numbers, and so much beyond, in blocks."""
+        """Return the left and right ends of the openings with the given numbers, in blocks.
+
+        Each end is moved outwards by ``bearing``.
+        """
         step = self.opening[0] + 2 * self.jamb
         lefts = [float(self.jamb + (number - 1) * step) for number in numbers]
         return [(left - bearing, left + self.opening[0] + bearing) for left in lefts]
 
 
 class Column(WeighedGenerator):
-    """Equally high drums upwards from y = 0, on a fixed base: a column, a pier or a buttress.
+    """Drums of equal height upwards from y = 0, on a fixed base: a column, a pier or a buttress.
 
-    Raises CaseError if the weight is missing or doubled, or one side is to slope and the widths are the same.
+    Raises CaseError if the weight is missing or given twice, or if one side is to slope and the widths are
+    equal.
 
     Parameters
     ----------
     width: Of the column, or ``[bottom, top]``.
     height: Of the column.
     drums: How many.
-    batter: Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other
-        upright (a buttress leans with that one).
-    weight: Weight of the column; drums weigh by their areas.
-    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
-    base: Whether a fixed base, as wide as the foot and as high as a drum, is built under it.
-        Without one it stands on other blocks.
+    batter: Side that slopes if the widths differ: "both" alike, or "left" or "right" alone, with the other
+        side upright. A buttress leans with its upright side.
+    weight: Weight of the column; the weights of drums are proportional to their areas.
+    unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
+        ``thickness``.
+    base: True for a fixed base under the column, as wide as its foot and as high as a drum. Without a base
+        the column is supported by other blocks.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
     """
@@ -223,7 +234,7 @@ class Column(WeighedGenerator):
         """
         bottom, top = both(self.width)
         area = (bottom + top) / 2 * self.height
-        # How much of the batter is the left side's.
+        # Share of the batter on the left side.
         left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
         levels = []  # left end, right end and height of each bed joint
         for up in (joint / self.drums for joint in range(self.drums + 1)):
@@ -232,7 +243,8 @@ class Column(WeighedGenerator):
         built: list[Block] = []
         for number, ((x0, x1, low), (x2, x3, high)) in enumerate(pairwise(levels), start=1):
             share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums
-            corners, weight = [(x0, low), (x1, low), (x3, high), (x2, high)], _share(self.weight, share)
+            corners = [(x0, low), (x1, low), (x3, high), (x2, high)]
+            weight = _share(self.weight, share)
             built.append(self._weighed_stone(f"d{number}", corners, weight, share * area, thickness))
         if self.base:
             foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
@@ -263,6 +275,7 @@ def _built(
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
+    """Yield the mistakes in the lengths of a course."""
     if any(length == 0 for length in lengths):
         yield f"{course}: a length is 0 (blocks > 0, gaps < 0)"
     if all(length < 0 for length in lengths):

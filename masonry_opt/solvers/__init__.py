@@ -1,1 +1,1 @@
-"""Solvers: which there are, and how each modelling language drives them."""
+"""Interfaces to solvers: one registry, and one file for each interface, without models and methods."""

@@ -1,4 +1,7 @@
-"""Solves programs declared in CVXPY, those with very large entries (friction of 1e6) scaled."""
+"""Solve programs that are declared in CVXPY.
+
+Programs with very large entries, such as a friction coefficient of 1e6, are scaled before they are solved.
+"""
 
 import time
 import warnings
@@ -22,33 +25,39 @@ _VERDICTS = {
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
-#: From so many columns on parameters are compiled as constants, again for every solve: CVXPY's tensor over
-#: parameters takes memory that grows with the square of the joints, and more time than compiling again.
-_TOO_LARGE = 3000
+#: Columns from which a program is compiled again for every solve, with its parameters as constants. Below
+#: this size CVXPY compiles once, into a tensor over the parameters. The memory of this tensor grows with the
+#: square of the number of joints, and for larger programs it takes more time than compiling again.
+_COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """A declared program and the solver that answers it, which the effort records under the purpose; compiled
-    only once if it ``repeats`` with other parameters."""
+    """A program declared in CVXPY, and the solver that solves it.
 
-    size: LpSize  #: as last compiled
+    The effort records the solver under the purpose. With ``repeats`` True the program is solved several times
+    with other parameters, and is compiled only once if it is not too large.
+    """
+
+    size: LpSize  #: size of the program as it was last compiled
 
     def __init__(
         self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
     ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
-        self._as_constants = not repeats or program.size_metrics.num_scalar_variables >= _TOO_LARGE
+        self._as_constants = not repeats or program.size_metrics.num_scalar_variables >= _COLUMNS_TO_RECOMPILE
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Count in another effort; solves use nothing of earlier ones."""
+        """Count further solves in another effort. Solves do not depend on earlier ones."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 
     def solve(self) -> Solved:
-        """Compile, solve and unpack."""
-        effort, program, engine = self.effort, self.program, self.solver.entry.engine
+        """Compile the program, solve it, and write the solution into its variables."""
+        effort = self.effort
+        program = self.program
+        engine = self.solver.entry.engine
         options = self.solver.options
         with effort.measure("compile"):
             data, chain, inverse = program.get_problem_data(
@@ -57,71 +66,84 @@ class CvxpyEngine:
         (rows, columns), nonzeros = data["A"].shape, data["A"].nnz
         self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
-        handed_over = partial(chain.solve_via_data, program, solver_opts=dict(options))
+        run_solver = partial(chain.solve_via_data, program, solver_opts=dict(options))
         status = ""
         start = time.perf_counter()
         try:
-            raw: Any = solve_balanced(handed_over, data) if engine == cp.CLARABEL else handed_over(data)
+            raw: Any = solve_balanced(run_solver, data) if engine == cp.CLARABEL else run_solver(data)
             elapsed = time.perf_counter() - start
-            of_highs = isinstance(raw, dict) and "model_status" in raw
-            status = str(raw["model_status"] if of_highs else getattr(raw, "status", ""))
+            is_highs = isinstance(raw, dict) and "model_status" in raw
+            status = str(raw["model_status"] if is_highs else getattr(raw, "status", ""))
             with effort.measure("read"), warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
+                warnings.simplefilter(
+                    "ignore"
+                )  # CVXPY warns that a solution may be inaccurate; the status says so too
                 program.unpack_results(raw, chain, inverse)
-        except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
+        except (cp.SolverError, ValueError) as error:  # HiGHS that ends "unknown" has no values: ValueError
             return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        effort.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
-        effort.iterations += iterations_of(raw["info"]) if of_highs else int(stats.num_iters or 0)
+        effort.add("compile", max(elapsed - seconds, 0.0))  # time in which CVXPY passes the matrices
+        effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         return Solved(_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
 
 
 def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
-    """Solve a program once; whether there is an optimum to read, see :meth:`~.registry.Solved.readable`."""
+    """Solve a program once, and return True if there is a solution to read.
+
+    ``nearly`` is that of :meth:`~.registry.Solved.readable`.
+    """
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Larger entries than this: their inequalities, then variables, are scaled to it. An entry of 1e6 then stands
-#: as far above one as the 1 beside it below: with either at one, digits of the other are lost.
-_LARGE = 1e3
+#: Size of an entry above which its row, and then its column, is scaled down to this size. The value lies
+#: midway (geometrically) between 1 and a friction coefficient of 1e6: with either of these at one, digits of
+#: the other would be lost.
+_LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """What a solver of min c·x + ½ x·P x with b − A x in cones ends with, in the program's own units, from
-    data as CVXPY has it for Clarabel."""
+    """Solve a conic program after scaling its large entries, and return the solution in its own units.
+
+    The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
+    """
     A, dims = data["A"], data["dims"]
-    if not A.nnz or abs(A).max() <= _LARGE:
+    if not A.nnz or abs(A).max() <= _LARGE_ENTRY:
         return solve(data)
     sizes = [1] * (dims.zero + dims.nonneg) + dims.soc
-    each = np.repeat(np.arange(len(sizes)), sizes)
-    rows = _by_cones(1 / np.maximum(1.0, _largest(A) / _LARGE), each, dims.zero)
+    cone_of_row = np.repeat(np.arange(len(sizes)), sizes)
+    rows = _by_cones(1 / np.maximum(1.0, _largest(A) / _LARGE_ENTRY), cone_of_row, dims.zero)
     balanced = sp.diags_array(rows) @ A
-    before, columns = _largest(balanced), 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE)
+    before = _largest(balanced)
+    columns = 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE_ENTRY)
     scale = sp.diags_array(columns)
-    # Inequalities keep their size where variables are scaled, as p ≥ 0.
-    rows *= _by_cones(before / _largest(balanced @ scale), each, dims.zero)
+    # Rows are scaled back to the size that they had before the columns were scaled, such as p ≥ 0.
+    rows *= _by_cones(before / _largest(balanced @ scale), cone_of_row, dims.zero)
     A = sp.diags_array(rows) @ A
     scaled = data | {"A": (A @ scale).tocsc(), "b": rows * data["b"], "c": columns * data["c"]}
     if "P" in data:
         scaled["P"] = (scale @ data["P"] @ scale).tocsc()
     raw = solve(scaled)
-    x, z = columns * np.asarray(raw.x), rows * np.asarray(raw.z)
-    told = {name: getattr(raw, name) for name in ("status", "solve_time", "iterations", "obj_val")}
-    return SimpleNamespace(x=x, z=z, **told)
+    x = columns * np.asarray(raw.x)
+    z = rows * np.asarray(raw.z)
+    info = {name: getattr(raw, name) for name in ("status", "solve_time", "iterations", "obj_val")}
+    return SimpleNamespace(x=x, z=z, **info)
 
 
 def _largest(A: Any) -> np.ndarray:
-    """Largest entry of each row."""
+    """Return the size of the largest entry of each row."""
     return np.asarray(abs(A).max(axis=1).toarray()).ravel()
 
 
-def _by_cones(factors: np.ndarray, each: np.ndarray, zero: int) -> np.ndarray:
-    """Factors that may be put to rows: one for all of a cone, the least; none to equations."""
-    of_cones = np.full(each[-1] + 1, np.inf)
-    np.minimum.at(of_cones, each, factors)
-    of_cones[:zero] = 1.0
-    return of_cones[each]
+def _by_cones(factors: np.ndarray, cone_of_row: np.ndarray, equations: int) -> np.ndarray:
+    """Return admissible factors of the rows.
+
+    All rows of a cone have its smallest factor. Equations are not scaled.
+    """
+    factor_of_cone = np.full(cone_of_row[-1] + 1, np.inf)
+    np.minimum.at(factor_of_cone, cone_of_row, factors)
+    factor_of_cone[:equations] = 1.0
+    return factor_of_cone[cone_of_row]

@@ -1,4 +1,4 @@
-"""Eq. (9) or eq. (10), declared in either language, with the solver that answers it; what is kept of them."""
+"""Drive the static and kinematic programs, eqs (9) and (10), and cache compiled programs."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -12,7 +12,10 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation. Only the language used is imported, which takes a second."""
+    """Return the engine of a language, and its models by formulation.
+
+    Only the language that is used is imported, because an import takes a second.
+    """
     if language == "pyomo":
         from masonry_opt.models.pyomo_kinematic import PyomoKinematic
         from masonry_opt.models.pyomo_static import PyomoStatic
@@ -31,19 +34,24 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
 
 @dataclass(frozen=True)
 class LpAnswer:
-    """A solve of eq. (9) or eq. (10), with the state at the optimum, or near it, if there is one."""
+    """Outcome of a solve of eq. (9) or eq. (10), with the state at the optimum.
+
+    The state is None if there is none. It is near the optimum if the outcome is nearly optimal.
+    """
 
     solved: Solved
     state: State | None
 
 
 class Driver:
-    """A declared formulation, "static" or "kinematic", at first with the joints' own shear limits, and the
-    solver that answers it (see :class:`~.cvxpy_engine.CvxpyEngine`). Problems by the cone or the parabola
-    are for CVXPY alone, and for solvers of conic programs.
+    """A declared formulation, "static" or "kinematic", and the solver that solves it.
 
-    Limits and states are in the problem's units. A program ``of_load`` is declared in units of the load, in
-    which it is solved more accurately, not in those of the live load alone.
+    The shear limits are at first those of the joints' own friction and cohesion. Limits and states are in the
+    problem's units. The program itself is scaled: with ``of_load`` in units of the load, which is more
+    accurate, otherwise in units of the live load alone.
+
+    Problems with the friction cone or the crushing parabola need CVXPY and a conic solver. ``purpose`` and
+    ``repeats`` are those of :class:`~.cvxpy_engine.CvxpyEngine`.
     """
 
     def __init__(
@@ -58,27 +66,34 @@ class Driver:
     ) -> None:
         engine, models = _declared(solver.language, problem)
         self.effort = effort
-        self._scaled = (in_units_of_load if of_load else in_units_of_live_load)(problem)
+        self._scaled = in_units_of_load(problem) if of_load else in_units_of_live_load(problem)
         with effort.measure("build"):
             scaled = self._scaled.problem
             self.model = models[formulation](scaled, ShearLimits.true(scaled))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
-        """The same program with the shear limits of another problem (see :class:`Kept`)."""
+        """Return this driver with the shear limits of another problem; see :class:`Kept`."""
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))
         return self
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Change the model's shear limits, and nothing else."""
+        """Set the shear limits of the model."""
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
     def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
-        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`. Parabolas
-        are scaled by the size of the forces that a state is near, shape (3c,), if any are known."""
+        """Solve with the present shear limits.
+
+        Parameters
+        ----------
+        nearly : bool
+            Accept a nearly optimal point, see :meth:`~.registry.Solved.readable`.
+        near : ndarray, shape (3c,), optional
+            Forces of a state near the solution. Their size scales the crushing parabolas.
+        """
         if self._scaled.problem.by_strength.conic:
             self.model.resize(None if near is None else near / self._scaled.force)
         solved = self._engine.solve()
@@ -88,7 +103,7 @@ class Driver:
             return LpAnswer(solved, self._scaled.state(self.model.read()))
 
     def size(self) -> LpSize:
-        """Rows, columns and non-zeros of the linear program, which has been solved."""
+        """Return the rows, columns and non-zeros of the program, which must have been solved before."""
         return self._engine.size
 
 
@@ -96,33 +111,39 @@ _T = TypeVar("_T")
 
 
 class Kept:
-    """Programs and factors by what they are for, one each. They serve for other friction, cohesion and
-    dilatancy: their ``again_for(problem, effort)`` is the same for a problem of which
-    :meth:`~.problem.Problem.same_program` holds, solved from a cold start and counted in another effort.
+    """Cache of compiled programs and factorisations, one for each purpose.
 
-    They change the time of an analysis, never its load factor: every solve begins cold. (Forces kept of
-    another scene may show that a scene stands, where a solver alone would not decide.)
+    An entry serves other problems that differ only in friction, cohesion and dilatancy, for which
+    :meth:`~.problem.Problem.same_program` is True. Its method ``again_for(problem, effort)`` returns it
+    prepared for such a problem.
+
+    The cache changes the time of an analysis, but not its load factor: every solve starts cold. Forces of an
+    earlier scene may however show that a scene is stable, even if a solver alone would not decide.
     """
 
     def __init__(self, keeps: bool = False) -> None:
-        self.keeps = keeps  #: whether anything is kept for other problems
-        self._held: dict[Hashable, tuple[Problem | None, Any]] = {}
+        self.keeps = keeps  #: True if programs serve other problems too
+        self._entries: dict[Hashable, tuple[Problem | None, Any]] = {}
 
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """What is kept under a key; built if nothing is, or it is of other matrices, loads or strengths.
-        What is the problem's ``own`` is kept for it in any case."""
-        before, held = self._held.get(key, (None, None))
-        again = before is problem or (self.keeps and before is not None and problem.same_program(before))
-        found = cast(_T, held.again_for(problem, effort)) if again else build()
+        """Return the entry of a key, built if there is none that fits the problem.
+
+        An entry does not fit if its problem has other matrices, loads or strengths. With ``own`` True the
+        entry is stored for this problem even if the cache serves no other problems.
+        """
+        before, cached = self._entries.get(key, (None, None))
+        fits_other = self.keeps and before is not None and problem.same_program(before)
+        fits = before is problem or fits_other
+        entry = cast(_T, cached.again_for(problem, effort)) if fits else build()
         if self.keeps or own:
-            self._held[key] = problem, found
-        return found
+            self._entries[key] = problem, entry
+        return entry
 
     def driver(
         self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any
     ) -> Driver:
-        """A driver of the problem, kept by how it was made."""
+        """Return the driver of a problem. Its key is the formulation, the solver and the options ``how``."""
         key = (formulation, solver.key, problem.forms, *how.items())
         return self.of(key, problem, effort, lambda: Driver(problem, formulation, solver, effort, **how))

@@ -1,12 +1,11 @@
-"""Linear programs as arrays, what multipliers prove of them, and HiGHS, in which they stay loaded."""
+"""Linear programs as arrays, rigorous bounds from multipliers, and a HiGHS instance that stays loaded."""
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import cvxpy as cp
 import highspy
 import numpy as np
 import scipy.sparse as sp
@@ -14,35 +13,43 @@ import scipy.sparse as sp
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, iterations_of
 
+if TYPE_CHECKING:
+    import cvxpy as cp
+
 _UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double precision.
 
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """min cost·x with lower ≤ A x ≤ upper of the rows and low ≤ x ≤ high of the columns."""
+    """Linear program min cost·x with row_lower ≤ A x ≤ row_upper and low ≤ x ≤ high."""
 
     cost: np.ndarray  #: shape (columns,)
     matrix: sp.csc_array  #: A, shape (rows, columns)
-    row_lower: np.ndarray  #: shape (rows,)
-    row_upper: np.ndarray
-    low: np.ndarray  #: shape (columns,)
-    high: np.ndarray
-    #: Those of each variable, and of each constraint in CVXPY, in order, by its identity, or by name.
+    row_lower: np.ndarray  #: lower bounds of the rows, shape (rows,)
+    row_upper: np.ndarray  #: upper bounds of the rows, shape (rows,)
+    low: np.ndarray  #: lower bounds of the columns, shape (columns,)
+    high: np.ndarray  #: upper bounds of the columns, shape (columns,)
+    #: Columns of each variable, in order, by the identity of the variable or by its name.
     columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
+    #: Rows of each constraint in CVXPY, in order, by the identity of the constraint or by its name.
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, program: cp.Problem) -> "LinearProgram":
-        """The program as CVXPY compiles it."""
+    def of(cls, program: "cp.Problem") -> "LinearProgram":
+        """Return the arrays of a program that is declared in CVXPY."""
+        from cvxpy.constraints import Zero
+
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
-        rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
-        width, offset = len(data["c"]), data["param_prob"].var_id_to_col
+        rhs = np.asarray(data["b"], dtype=float)
+        equations = data["dims"].zero
+        width = len(data["c"])
+        first_column = data["param_prob"].var_id_to_col
         low, high = (
             np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
             for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
         )
-        # Equations come first, in the order of their declaration.
-        declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
+        # CVXPY puts equations before inequalities, each in the order of declaration.
+        declared = sorted(program.constraints, key=lambda row: not isinstance(row, Zero))
         *ends, last = np.cumsum([row.size for row in declared])
         assert last == len(rhs)
         return cls(
@@ -53,7 +60,7 @@ class LinearProgram:
             low=low,
             high=high,
             columns={
-                id(variable): offset[variable.id] + np.arange(variable.size, dtype=np.int32)
+                id(variable): first_column[variable.id] + np.arange(variable.size, dtype=np.int32)
                 for variable in program.variables()
             },
             rows=dict(zip(map(id, declared), np.split(np.arange(last, dtype=np.int32), ends), strict=True)),
@@ -61,7 +68,7 @@ class LinearProgram:
 
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
-        """The program as Pyomo compiles it."""
+        """Return the arrays of a program that is declared in Pyomo."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -85,14 +92,17 @@ class LinearProgram:
 
     @property
     def size(self) -> LpSize:
-        """Rows, columns and non-zeros."""
+        """Return the rows, columns and non-zeros."""
         rows, columns = self.matrix.shape
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Lower bound of the cost from any multipliers of the rows, shape (rows,): value and short, shape
-        (columns,), with ``cost·x ≥ value − short·|x|`` for every x within rows and bounds. ``short`` is the
-        reduced cost of columns without the bound that it needs, and a bound of all rounding."""
+        """Return a rigorous lower bound of the cost from any multipliers of the rows, shape (rows,).
+
+        The results ``value`` and ``short``, shape (columns,), satisfy ``cost·x ≥ value − short·|x|`` for
+        every x within rows and bounds. ``short`` is a bound of all rounding errors, plus the reduced cost of
+        each column whose bound on the needed side is infinite.
+        """
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)
         at_rows = np.where(y > 0, self.row_lower, self.row_upper)
@@ -101,11 +111,11 @@ class LinearProgram:
         longest = int(np.diff(self.matrix.indptr).max(initial=0)) + 3
         rounding = longest * _UNIT_ROUNDOFF * (np.abs(self.cost) + abs(self.matrix).T @ np.abs(y))
         at_columns = np.where(reduced > 0, self.low, self.high)
-        paid = np.isfinite(at_columns)
-        of_columns = np.where(paid, reduced, 0.0) * np.where(paid, at_columns, 0.0)
-        terms = np.concatenate([terms, of_columns])
+        has_bound = np.isfinite(at_columns)
+        column_terms = np.where(has_bound, reduced, 0.0) * np.where(has_bound, at_columns, 0.0)
+        terms = np.concatenate([terms, column_terms])
         value = float(terms.sum() - len(terms) * _UNIT_ROUNDOFF * np.abs(terms).sum())
-        return value, np.where(paid, 0.0, np.abs(reduced)) + rounding
+        return value, np.where(has_bound, 0.0, np.abs(reduced)) + rounding
 
 
 _STATUS = highspy.HighsModelStatus
@@ -118,8 +128,11 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program in HiGHS, as declared in CVXPY or compiled before, and one of its solvers, simplex by
-    default, with options beside its own. After a change simplex starts from the last basis."""
+    """A linear program that stays loaded in HiGHS.
+
+    The program is declared in CVXPY or a :class:`LinearProgram`. The solver is the simplex method by default;
+    ``options`` are further options of HiGHS. After a change the simplex method starts from the last basis.
+    """
 
     def __init__(
         self, program: Any, effort: Effort, purpose: str, solver: Solver | None = None, **options: Any
@@ -130,19 +143,19 @@ class HighsSession:
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self._highs = highspy.Highs()
         self._highs.silent()
-        # Simplex may go round in circles for ever: runs that end take fewer iterations than rows and columns.
-        most = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
-        for name, value in {**most, **solver.options, **options}.items():
+        # The simplex method may cycle without end. Runs that end take fewer iterations than rows and columns.
+        limit = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
+        for name, value in {**limit, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
         self._highs.passModel(_loaded(lp))
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
-        """Costs of a variable, in order."""
+        """Set the costs of a variable, in order."""
         columns = self.columns(variable)
         self._highs.changeColsCost(len(columns), columns, np.asarray(costs, dtype=float))
 
     def set_most(self, variable: Any, most: np.ndarray) -> None:
-        """Upper bounds of a variable, in order."""
+        """Set the upper bounds of a variable, in order."""
         columns = self.columns(variable)
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
@@ -151,90 +164,104 @@ class HighsSession:
         self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
 
     def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
-        """Set one lower bound, and the upper bounds in order, of these columns."""
+        """Set one lower bound for all the given columns, and their upper bounds in order."""
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Lower bounds of rows, in order: so far below their upper bounds."""
+        """Set the lower bounds of the rows of a constraint to their upper bounds minus ``room``, in order."""
         rows = self.rows(constraint)
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
-        """Entries of a variable of one column in the rows of a constraint, in order (``least`` and
-        ``contradiction`` do not know them)."""
+        """Set the entries of a variable of one column in the rows of a constraint, in order.
+
+        The bounds of ``least`` and ``contradiction`` do not include these entries.
+        """
         column = int(self.columns(variable)[0])
         for row, entry in zip(self.rows(constraint).tolist(), entries.tolist(), strict=True):
             self._highs.changeCoeff(row, column, entry)
 
     def columns(self, variable: Any) -> np.ndarray:
-        """Columns of a variable, in order."""
+        """Return the columns of a variable, in order."""
         return self.lp.columns[variable if isinstance(variable, str) else id(variable)]
 
     def rows(self, constraint: Any) -> np.ndarray:
-        """Rows of a constraint, in order."""
+        """Return the rows of a constraint, in order."""
         return self.lp.rows[constraint if isinstance(constraint, str) else id(constraint)]
 
     def solve(self, seconds: float = inf) -> Verdict:
-        """Solve with the present parameters, within so many seconds."""
+        """Solve with the present costs and bounds, within a time limit in seconds.
+
+        If HiGHS fails from a warm start, it is run once more from a cold start.
+        """
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
         if verdict is Verdict.FAILED:
-            # A warm start may leave HiGHS undecided: once more, from the beginning.
+            # HiGHS may fail from a warm start; the second run starts cold.
             self._highs.clearSolver()
-            left = ends - time.perf_counter()
-            verdict = self.run(left) if left > 0 else verdict
+            remaining = ends - time.perf_counter()
+            if remaining > 0:
+                verdict = self.run(remaining)
         self.effort.lp_solves += 1
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Interrupt runs whose count of iterations falls: HiGHS restarts a HiPO run that stalls by the older
-        interior point, and, not interrupted, drops the multipliers of both if that fails."""
+        """Interrupt runs whose iteration count falls.
+
+        If a run of HiPO stalls, HiGHS starts again with its older interior-point method. If that fails too,
+        the multipliers of both are lost. An interruption preserves those of HiPO.
+        """
         furthest = 0
 
-        def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
+        def interrupt_restart(_kind: Any, _message: str, out: Any, reply: Any, _data: Any) -> None:
             nonlocal furthest
-            into.user_interrupt = out.ipm_iteration_count < furthest
+            reply.user_interrupt = out.ipm_iteration_count < furthest
             furthest = max(furthest, out.ipm_iteration_count)
 
-        self._highs.setCallback(look, None)
+        self._highs.setCallback(interrupt_restart, None)
         self._highs.startCallback(highspy.cb.HighsCallbackType.kCallbackIpmInterrupt)
 
     def run(self, seconds: float) -> Verdict:
-        """One run within so many seconds, without a second try."""
+        """Run HiGHS once, within a time limit in seconds."""
         start = self._highs.getRunTime()
-        self._highs.setOptionValue("time_limit", start + seconds)  # of all runs
+        self._highs.setOptionValue("time_limit", start + seconds)  # HiGHS counts the time of all runs
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
         self.effort.iterations += iterations_of(self._highs.getInfo())
         return _VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
 
     def values(self, variable: Any) -> np.ndarray:
-        """Values of a variable at the last optimum."""
+        """Return the values of a variable at the last optimum."""
         return self.point()[self.columns(variable)]
 
     def point(self) -> np.ndarray:
-        """Values of all columns after the last run, shape (columns,); empty if there are none."""
+        """Return the values of all columns after the last run, shape (columns,), or an empty array."""
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
-        """Duals of rows at the last optimum: change of the optimum per unit of bound."""
+        """Return the duals of a constraint at the last optimum: change of the optimum per unit of bound."""
         return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
-        """Duals of all rows after the last run, shape (rows,); empty if there are none."""
+        """Return the duals of all rows after the last run, shape (rows,), or an empty array."""
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Lower bound of the cost by the last multipliers, see :meth:`LinearProgram.least`."""
-        return self._as_it_stands().least(self.multipliers())
+        """Return a lower bound of the cost by the last multipliers; see :meth:`LinearProgram.least`."""
+        return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Proof by a dual ray that the last program is infeasible: value and short, shape (columns,), with
-        ``short·|x| ≥ value`` for every x within rows and bounds. Value 0 proves nothing."""
-        nothing = np.zeros(len(self.lp.cost))
-        _, found, ray = self._highs.getDualRay()
-        return replace(self._as_it_stands(), cost=nothing).least(np.array(ray)) if found else (0.0, nothing)
+        """Return the proof by a dual ray that the last program is infeasible.
+
+        The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every x
+        within rows and bounds. A value of 0 proves nothing.
+        """
+        no_cost = np.zeros(len(self.lp.cost))
+        _, has_ray, ray = self._highs.getDualRay()
+        if not has_ray:
+            return 0.0, no_cost
+        return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
     def dual_ray(self) -> np.ndarray | None:
         """Return row multipliers that refute the last program, shape (rows,); None if HiGHS has none.
@@ -257,8 +284,8 @@ class HighsSession:
         rows = self.rows(constraint)
         self._highs.changeRowsBounds(1, rows, self.lp.row_lower[rows], np.array([bound]))
 
-    def _as_it_stands(self) -> LinearProgram:
-        """The program with the costs and bounds that it has in HiGHS now."""
+    def _present_program(self) -> LinearProgram:
+        """Return the program with the costs and bounds that it has in HiGHS now."""
         lp = self._highs.getLp()
         low, high, lower, upper = map(np.array, (lp.col_lower_, lp.col_upper_, lp.row_lower_, lp.row_upper_))
         cost = np.array(lp.col_cost_)
@@ -266,6 +293,7 @@ class HighsSession:
 
 
 def _loaded(program: LinearProgram) -> highspy.HighsLp:
+    """Return the program in the format of HiGHS."""
     lp = highspy.HighsLp()
     lp.num_row_, lp.num_col_ = program.matrix.shape
     lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.low, program.high

@@ -1,4 +1,4 @@
-"""Solves programs declared in Pyomo, through its persistent interface to HiGHS."""
+"""Solve programs that are declared in Pyomo, through its persistent interface to HiGHS."""
 
 import time
 
@@ -18,7 +18,11 @@ _VERDICTS = {
 
 
 class PyomoEngine:
-    """As :class:`~.cvxpy_engine.CvxpyEngine`, with a HiGHS that stays loaded, ``repeats`` or not."""
+    """A program declared in Pyomo, and a HiGHS instance that stays loaded with it.
+
+    The arguments are those of :class:`~.cvxpy_engine.CvxpyEngine`. The instance stays loaded whether or not
+    the program ``repeats``.
+    """
 
     def __init__(
         self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
@@ -31,34 +35,35 @@ class PyomoEngine:
             config = self._highs.config
             config.load_solutions = config.raise_exception_on_nonoptimal_result = False
             config.solver_options = solver.options
-            # Between solves nothing changes but parameters: look for nothing else.
+            # Only parameters change between solves, so that the interface need not look for other changes.
             updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Count in another effort; the next solve starts from no basis."""
+        """Count further solves in another effort. The next solve starts without a basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         self._highs._solver_model.clearSolver()
 
     @property
     def size(self) -> LpSize:
-        """As HiGHS holds it."""
+        """Return the size of the program in HiGHS."""
         lp = self._highs._solver_model.getLp()
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve with the present parameters, from the last basis where there is one."""
+        """Solve with the present parameters, from the last basis if there is one."""
         effort = self.effort
         effort.lp_solves += 1
-        highs, start = self._highs._solver_model, time.perf_counter()
+        highs = self._highs._solver_model
+        start = time.perf_counter()
         before = highs.getRunTime()
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
-        # The rest: changed parameters, handed over.
+        # The rest of the time goes into passing changed parameters.
         effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition

@@ -1,4 +1,4 @@
-"""Every solver a user can name (adding one is one entry), what it can solve, and how a solve ends."""
+"""List every solver that a user can name, its capabilities and options, and the outcomes of a solve."""
 
 import importlib.util
 from collections.abc import Callable
@@ -9,77 +9,88 @@ from typing import Any
 
 from masonry_opt.errors import OptionError
 
-TOLERANCE = 1e-9  #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
+#: Default feasibility and gap tolerance of every solver. Larger values cost digits of λ, smaller ones time.
+TOLERANCE = 1e-9
 
-#: The modelling languages, the default first; in their place, what is solved where nothing is declared; both.
+#: The modelling languages, the default first.
 LANGUAGES = ("cvxpy", "pyomo")
+
+#: Name that stands for a language if a method solves the matrices without declaring a model.
 MATRICES = "matrices"
+
+#: All values of the option ``model``.
 MODELS = (*LANGUAGES, MATRICES)
 
+#: A function from the tolerance to the options of a solver.
 Options = Callable[[float], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """A solver as one modelling language drives it, or one of matrices."""
+    """A solver as one modelling language drives it, or one that works on matrices.
+
+    To add a solver, add an entry to ``_ENTRIES``.
+    """
 
     name: str
     language: str  #: one of ``MODELS``
-    engine: str  #: its name in that language
-    options: Options | None  #: its options by tolerance; None if it keeps tolerances of its own
-    brought_by: str = ""  #: the module that brings it, if this package does not require it
-    interior: bool = False  #: whether it ends inside the set of optimal states, not in a vertex
-    stops_early: bool = False  #: whether it saves time at a rough tolerance (HiGHS ends "unknown" at 1e-4)
-    decides: bool = True  #: whether its verdicts "infeasible" and "unbounded" can be trusted
-    conic: bool = False  #: whether it takes second-order cones
-    nonlinear: bool = False  #: whether it solves such programs, and nothing else here
+    engine: str  #: its name in the language
+    options: Options | None  #: its options for a tolerance; None if it has fixed tolerances
+    brought_by: str = ""  #: module that has to be installed for it; empty if this package requires it
+    interior: bool = False  #: True if it ends inside the set of optimal states, not in a vertex
+    stops_early: bool = False  #: True if a rough tolerance saves time (HiGHS ends "unknown" at 1e-4)
+    decides: bool = True  #: True if its verdicts "infeasible" and "unbounded" can be trusted
+    conic: bool = False  #: True if it solves programs with second-order cones
+    nonlinear: bool = False  #: True if it is used only for nonlinear programs
 
     @property
     def linear(self) -> bool:
-        """Whether it solves linear programs."""
+        """Return True if it solves linear programs."""
         return not self.nonlinear and self.language != MATRICES
 
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver, its options, and the feasibility and gap that they ask of it."""
+    """A solver with its options for a feasibility and gap tolerance."""
 
     entry: SolverEntry
     options: dict[str, Any]
     tolerance: float = TOLERANCE
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Found anew by name in another process: entries have functions."""
+        """Pickle the solver by its key, because the functions of its entry cannot be pickled."""
         return find_solver, self.key
 
     @property
     def name(self) -> str:
-        """What a user calls it."""
+        """Return the name by which a user selects it."""
         return self.entry.name
 
     @property
     def language(self) -> str:
-        """The modelling language that drives it, or "matrices"."""
+        """Return the modelling language that drives it, or "matrices"."""
         return self.entry.language
 
     @property
     def key(self) -> tuple[str, str, float]:
-        """Language, name and tolerance."""
+        """Return language, name and tolerance."""
         return self.language, self.name, self.tolerance
 
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
-    # Its own choice is faer from some hundred thousand joints on, which takes four times as long there.
+    # Above some 100,000 joints Clarabel would choose the solver faer, which takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        options["iterative_refinement_enable"] = False  # a third of the time, for digits that are not asked
+        options["iterative_refinement_enable"] = (
+            False  # it takes a third of the time, for digits that are not needed
+        )
     return options
 
 
 def _feasibility(tolerance: float) -> dict[str, Any]:
     names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
-    return dict.fromkeys(names, max(tolerance, 1e-10))  # HiGHS takes no less
+    return dict.fromkeys(names, max(tolerance, 1e-10))  # the smallest value that HiGHS accepts
 
 
 def _highs_simplex(tolerance: float) -> dict[str, Any]:
@@ -87,15 +98,15 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # "ipm" would be HiPO where that is installed. Crossover would end in a vertex, and the loop needs the
-    # middle of the optimal states.
+    # "ipx" is named because "ipm" selects HiPO if that is installed. Crossover would end in a vertex, and the
+    # loop needs the centre of the set of optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
-def _first_order(**most: int) -> Options:
-    # They take many cheap iterations; OSQP's own limit is a tenth of SCS's.
-    return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **most}
+def _first_order(**iteration_limit: int) -> Options:
+    # First-order solvers need many cheap iterations, more than the default limit of OSQP.
+    return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 
 
 _highs_hipo = partial(_highs_interior, solver="hipo")
@@ -120,29 +131,39 @@ _ENTRIES = (
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
     SolverEntry("casadi", "pyomo", "ipopt", None, "casadi", interior=True, nonlinear=True),
-    # This package's own, of the complementarity problem.
+    # The Newton method of this package.
     SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )
 
-#: By language and name. The first of a language is its default.
+#: Solvers by language and name. The first one of a language is its default.
 SOLVERS: dict[tuple[str, str], SolverEntry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
 
 
 def names() -> list[str]:
-    """Every solver by name, in any language, installed or not, and what CVXPY finds beside them."""
+    """Return the names of all solvers, installed or not, and of further ones that CVXPY finds installed."""
     known = [name for _, name in SOLVERS]
     return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
 
 
-def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Names of the solvers in that language that can do something, installed or not; its default first."""
-    return tuple(entry.name for entry in _ENTRIES if entry.language == language and of(entry))
+def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
+    """Return the names of a language's solvers with a capability, installed or not, its default first.
+
+    ``has`` is a function that returns True for the entry of such a solver.
+    """
+    return tuple(entry.name for entry in _ENTRIES if entry.language == language and has(entry))
 
 
 def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
-    """The solver of that name in that language, or its default, with a tolerance; in CVXPY also any other
-    that is installed, with tolerances of its own. Raises OptionError if the language is unknown, the solver
-    unknown there or not installed, or the tolerance no number between 0 and 0.1."""
+    """Return a solver of a language by its name, or the language's default solver.
+
+    In CVXPY any other installed solver is accepted too; it keeps its own default tolerances.
+
+    Raises
+    ------
+    OptionError
+        If the language is unknown, if the solver is unknown in this language or not installed, or if the
+        tolerance is not a number above 0 and at most 0.1.
+    """
     if language not in MODELS:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
     known = capable(language, lambda entry: not entry.nonlinear)
@@ -163,17 +184,19 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """The same solver, its tolerance this at least."""
+    """Return the solver with a tolerance that is not smaller than the given one."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's
-    default where CVXPY does not drive it, its verdicts cannot be trusted, or there are cones, which it does
-    not take."""
+    """Return the solver for a program that is declared in CVXPY alone, at the default tolerance.
+
+    CVXPY's default solver replaces it in three cases: if CVXPY does not drive it, if its verdicts cannot be
+    trusted, and if the program has cones that it does not solve.
+    """
     entry = SOLVERS.get(("cvxpy", solver.name))
-    fit = entry is not None and entry.decides and (entry.conic or not cones)
-    return find_solver("cvxpy", solver.name if fit else None)
+    is_suitable = entry is not None and entry.decides and (entry.conic or not cones)
+    return find_solver("cvxpy", solver.name if is_suitable else None)
 
 
 class Verdict(Enum):
@@ -182,31 +205,34 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"  #: what presolve may stop at
+    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"  #: presolve may stop before it knows which
     FAILED = "solver failed"
-    NEARLY = "nearly optimal"  #: a point short of the solver's tolerance, which a certificate must judge
+    NEARLY = "nearly optimal"  #: a point that misses the solver's tolerance; a certificate must judge it
 
 
 @dataclass(frozen=True)
 class Solved:
-    """One solve: its outcome, the same in the solver's own words, and the solver's own time (s)."""
+    """Outcome of one solve, the solver's own word for it, and the solver's own time in seconds."""
 
     verdict: Verdict
     status: str
     seconds: float
 
     def readable(self, nearly: bool) -> bool:
-        """Whether there is an optimum to read; or, where what is ``nearly`` one will do, such a point."""
+        """Return True if there is a solution to read.
+
+        With ``nearly`` True a nearly optimal point counts as a solution.
+        """
         return self.verdict is Verdict.OPTIMAL or (nearly and self.verdict is Verdict.NEARLY)
 
     @property
     def failed(self) -> bool:
-        """Whether the solver decided nothing."""
+        """Return True if the solver reached no verdict."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
 
 
 def iterations_of(info: Any) -> int:
-    """Iterations of a run of HiGHS; counts of what did not run are negative."""
+    """Return the iterations of a run of HiGHS. HiGHS counts −1 for an algorithm that did not run."""
     return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
 
 

@@ -1,6 +1,7 @@
-"""Whether a scene stands under its dead load, why a program has no optimum, and what would hold what falls.
+"""Decide if a scene is stable under its dead load, and explain why a program has no optimum.
 
-No solver's verdict counts: forces and mechanisms are borne out by what they leave of their conditions.
+For an unstable scene the friction or the strength that would hold it is found too. No solver's verdict is
+trusted: forces and mechanisms count only if their residuals are small.
 """
 
 from contextlib import suppress
@@ -26,47 +27,54 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
+from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
-DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"  #: What a solver does here, as a result tells it.
+DIAGNOSIS = "diagnosis"  #: Name of the solver's use for the reasons why a scene falls.
 
-#: Programs after which it is left open whether a load drives a mechanism. (Of small random scenes
-#: each took 5 at most, 14 where no program of cones ended.)
+#: Largest number of programs that decide if a load drives a mechanism; with more the question is left open.
+#: Small random scenes take at most 5 programs, or 14 if no program of cones is solved.
 _MOST_PROGRAMS = 40
 
-#: Joints up to which simplex is tried, which takes half a minute for each program there.
+#: Number of joints up to which the simplex method is tried. At this size a program takes half a minute.
 _SIMPLEX_UP_TO = 2000
 
-#: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
-#: other, relative, the least at which the scene stands and the greatest at which it falls need be.
-FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
+#: Number of joints up to which the least stabilising factor on friction is computed.
+FACTOR_UP_TO = 2000
 
-#: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
+#: Largest number of factors on friction that are tried.
+_MOST_FACTORS = 12
+
+#: Relative difference at which the search for the factor ends, between the least stable and the greatest
+#: unstable factor.
+_NEAR = 1e-3
+
+#: Largest friction coefficient to which a factor leads. With larger ones solvers lose digits in these rows.
 _LARGEST_FRICTION = 100.0
 
-#: Cosine between a joint's normal and a block's dead load below which the joint does not bear the block.
+#: Cosine of the angle between a joint's normal and a block's dead load. Above it the joint bears the block.
 _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Neither forces that carry the dead load nor a mechanism that it drives were borne out."""
+    """Error: neither forces that carry the dead load nor a mechanism that it drives were verified."""
 
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Of the reason: the last solver's status, and the largest dead load of a block over the least.
+        #: Values of the reason: status of the last solver, and largest over least dead load of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
 
 @dataclass
 class _Standing:
-    """Eq. (9) without live load, compiled, with the last forces (3c,) that carried the dead load."""
+    """Compiled program of eq. (9) without live load."""
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    forces: np.ndarray | None = None
+    forces: np.ndarray | None = None  #: the last forces that carried the dead load, shape (3c,)
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """The same in another scene (see :class:`~masonry_opt.solvers.driver.Kept`)."""
+        """Return this program with the shear limits of another problem; see :class:`~.driver.Kept`."""
         self.model.limits.set(ShearLimits.true(problem))
         self.engine.restart(effort)
         return self
@@ -75,21 +83,24 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: Kept | None = None
 ) -> np.ndarray | None:
-    """Block velocities with which blocks fall under dead load alone, shape (3b,); None if all stand.
+    """Return block velocities with which blocks fall under dead load alone, shape (3b,); None if none fall.
 
-    The scene stands if eq. (9) without live load has a state. Else the mechanism is the bounded dual ray.
-    Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium. A scene stands at
-    its limit, and beyond it by as little as ``DRIVES``. Raises DeadLoadUndecided if neither is borne out.
+    The scene is stable if eq. (9) without live load has a state. Otherwise the mechanism is the bounded dual
+    ray. Every analysis checks this first, since a largest λ may exist although λ = 0 is no equilibrium. A
+    scene at its limit counts as stable, and a scene beyond it by at most ``DRIVES`` too.
+
+    Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
     by_cone, kept = problem.by_cone, kept or Kept()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
+        """Return the program, declared anew."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
 
-    # Live loads do not matter here: programs of those that share the dead load are one.
+    # Live loads do not matter here: problems with equal dead loads share one program.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
@@ -102,15 +113,11 @@ def falling_mechanism(
     return _driven(problem, solver, effort, DEAD_LOAD)
 
 
-def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
-    """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
-    by default than a mechanism may have of power. (By duality the greatest is the least that these leave.)"""
-    beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
-    return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
-
-
 def _drives(problem: Problem, d: np.ndarray) -> bool:
-    """Whether the dead load drives a motion (3b,) of associative flow, beside what is rounding of either."""
+    """Return True if the dead load drives a motion d, shape (3b,), and d is a mechanism of associative flow.
+
+    Power and departure from the flow rule are compared with limits above rounding.
+    """
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
     resisted = problem.cohesion @ problem.slip(p) + problem.face_constant @ p
@@ -120,12 +127,15 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Block velocities (3b,) with which a scene begins to fall; if the solver fails the given ones, of most
-    power, which may lift blocks off corners that they turn about."""
+    """Return block velocities with which a scene begins to fall, shape (3b,).
+
+    If the solver fails, the velocities ``falling`` are returned. They have the largest power, but may lift
+    blocks off corners about which the blocks turn.
+    """
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # About each axis by the two extents across it; in the plane about the third alone.
+    # Radii of gyration of boxes: about each axis by the two extents across it, in the plane about the third.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -137,8 +147,14 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Status and reason where eq. (9) or (10) has no optimum, of a scene that stands: unlimited if the live
-    load drives no mechanism; else the solver failed. The effort is told the solver, and no programs."""
+    """Return status and reason if eq. (9) or (10) has no optimum, for a scene that is stable.
+
+    - LOCKED: the live load drives a mechanism of the joints' own flow rule, but none of associative flow.
+    - UNLIMITED: the live load drives neither.
+    - SOLVER_FAILED: the live load drives a mechanism of associative flow, or no program decides.
+
+    ``effort`` records the solver, but counts no programs.
+    """
     effort.begins("why there is no load factor")
     with suppress(DeadLoadUndecided):
         own_flow, associative = (
@@ -179,7 +195,7 @@ def locking_joints(
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slopes = [problem.dilatancy, problem.friction] if status is Status.UNLIMITED else [problem.friction]
         carrying = (_carrying_live_load(problem, slope, solver, effort) for slope in slopes)
-        forces = next((found for found in carrying if found is not None), None)
+        forces = next((forces for forces in carrying if forces is not None), None)
         if forces is None and status is Status.JAMMED:
             forces = q
         if forces is None:
@@ -194,7 +210,10 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return forces (3c,) that carry the live load alone, with shear limits of a slope (k,); None without."""
+    """Return forces, shape (3c,), that carry the live load alone; None if there are none.
+
+    The slope of the shear limits has shape (k,).
+    """
     loaded = _of_live_load(problem.by_cone, slope)
     carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
     if not has_optimum(carrying.program, in_cvxpy(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
@@ -203,109 +222,142 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """The live load, of unit sum, in place of the dead, on joints with shear limits of a slope (k,) alone."""
+    """Return a problem whose dead load is the live load, scaled to Σ|f| = 1.
+
+    Shear is limited by a slope, shape (k,), without cohesion. Strength and finite force limits are zero.
+    """
     alone = problem.recession_cone
     return replace(alone, dead=problem.live / problem.live_norm, law=replace(alone.law, friction=slope))
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Motion (3b,) that the dead load drives; None if forces carry it. Raises DeadLoadUndecided if neither is
-    shown.
+    """Return the motion that the dead load drives, shape (3b,); None if forces carry the dead load.
 
-    By the solver first, then by simplex, in space with polygons in place of the circles of friction: inside
-    them, which bears out forces, and round them, which bears out mechanisms, in turn. Each gets corners and
-    sides where the last slips and shears point to, so that the two meet.
+    The first program is solved by ``solver``, further ones by the simplex method. In space these replace the
+    circles of friction by polygons, in turn:
+
+    - polygons inside the circles, whose forces are within the cones;
+    - polygons around the circles, whose mechanisms follow the cones.
+
+    Each polygon gets corners or sides in the directions of the last slips and shears, so that the two kinds
+    approach each other. Raises DeadLoadUndecided if neither forces nor a motion are verified.
     """
     problem, senses = problem.by_cone, None
     solver = in_cvxpy(solver, problem.by_friction.conic)
     for program in range(_MOST_PROGRAMS if problem.joints <= _SIMPLEX_UP_TO else 1):
         model = CvxpyDriven(problem, ShearLimits.true(problem), senses)
         solved = CvxpyEngine(model.program, solver, effort, purpose).solve()
-        found = model.read()
-        if found is not None and _drives(problem, found[0]):
-            return found[0]
-        if found is not None and carries(problem, found[1]):
-            return None
+        motion_and_forces = model.read()
+        if motion_and_forces is not None:
+            d, q = motion_and_forces
+            if _drives(problem, d):
+                return d
+            if carries(problem, q):
+                return None
         if program and senses is None:
             break
         solver = find_solver("cvxpy", "highs", 1e-10)
-        senses = _finer(problem, found, senses) if by_cones(problem) else None
+        senses = _finer(problem, motion_and_forces, senses) if by_cones(problem) else None
     raise DeadLoadUndecided(problem, solved.status)
 
 
-def _finer(problem: Problem, found: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None) -> Senses:
-    """Senses all round by default, and of the slips in a motion (3b,) and against shears in forces (3c,)."""
+def _finer(
+    problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
+) -> Senses:
+    """Return senses of slip for the next program, with polygons on the other side of the circles.
+
+    The senses all round are the first ones. The directions of slip in a motion, shape (3b,), and the
+    directions opposite to the shears in forces, shape (3c,), are added.
+    """
     if senses is None:
         every, points = problem.layout.senses, np.arange(len(problem.sliding))
         senses = Senses(np.tile(points, len(every)), np.repeat(every.T, len(points), axis=1), inside=False)
     point, along, inside = senses
-    if found is not None:
-        for vectors in (problem.B.T @ found[0], -found[1]):
+    if motion_and_forces is not None:
+        d, q = motion_and_forces
+        for vectors in (problem.B.T @ d, -q):
             shears = problem.shears(vectors)[:, problem.sliding]
             size = np.hypot(*shears)
-            some = np.flatnonzero(size > ROUNDING)
-            point, along = np.append(point, some), np.append(along, shears[:, some] / size[some], axis=1)
+            nonzero = np.flatnonzero(size > ROUNDING)
+            point = np.append(point, nonzero)
+            along = np.append(along, shears[:, nonzero] / size[nonzero], axis=1)
     return Senses(point, along, not inside)
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that tell what would hold a scene that falls with block velocities (3b,): HANGS, if any of the
-    blocks does; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or STRENGTH_WOULD_HOLD, if the solver can tell.
-    To hold means that eq. (9) without live load has a state, perhaps of wedging alone."""
+    """Return the reasons that name what would hold an unstable scene.
+
+    - HANGS, if any of the falling blocks hangs.
+    - STRENGTH_WOULD_HOLD, if no friction holds the scene, but unlimited strength does.
+    - NO_FRICTION_HOLDS, if neither friction nor strength holds the scene.
+    - FRICTION_WOULD_HOLD, if larger friction holds the scene.
+
+    The last three are left out if the solver cannot decide. A scene is held if eq. (9) without live load has
+    a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
+    """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
-    found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
+    reasons = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
     none, nothing = np.array([], dtype=int), np.array([])
     rough = replace(problem.law, sliding=none, friction=nothing, cohesion=nothing, dilatancy=nothing)
     rough = replace(rough, dilatancy_force=np.empty((0, 2)))
-    stuck = replace(assembly, problem=replace(problem, law=rough))
+    without_sliding = replace(assembly, problem=replace(problem, law=rough))
     try:
-        falls_all_the_same = falling_mechanism(stuck.problem, solver, effort)
+        falling_without_sliding = falling_mechanism(without_sliding.problem, solver, effort)
     except DeadLoadUndecided:
-        return found
-    if falls_all_the_same is not None:
+        return reasons
+    if falling_without_sliding is not None:
         strong = replace(problem, law=replace(problem.law, crushing=none, crushing_force=nothing))
         with suppress(DeadLoadUndecided):
             if len(problem.crushing) and falling_mechanism(strong, solver, effort) is None:
-                return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
-        falls_all_the_same = as_it_falls(stuck, falls_all_the_same, effort)
-        return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, falls_all_the_same))]
+                return [*reasons, reason(Code.STRENGTH_WOULD_HOLD)]
+        d = as_it_falls(without_sliding, falling_without_sliding, effort)
+        return [*reasons, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, d))]
     factor, above = _least_factor(problem, solver, effort)
     values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
-    falls = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=falling))
-    slides = joint_motion(assembly, falls).slides
+    unstable = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=falling))
+    slides = joint_motion(assembly, unstable).slides
     most_first = np.argsort(-assembly.most_of_joints(problem.slip_speed(falling)), kind="stable")
     pairs = assembly.pairs_of(most_first[slides[most_first]])
-    return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
+    return [*reasons, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """The least factor on all friction at which the scene stands, None if none is found, and the greatest at
-    which it falls: by squaring, then by bisection of their logarithms."""
+    """Return the least stable and the greatest unstable factor on all friction coefficients.
+
+    The first is None if no stable factor is found. Factors are squared until the scene is stable, and then
+    bisected on a logarithmic scale.
+    """
     stands, falls = None, 1.0
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
-    most, kept = _LARGEST_FRICTION / largest, Kept(keeps=True)
+    largest_factor, kept = _LARGEST_FRICTION / largest, Kept(keeps=True)
     for _ in range(_MOST_FACTORS):
-        if stands is None and falls < most:
-            factor = min(max(2.0, falls**2), most)
+        if stands is None and falls < largest_factor:
+            factor = min(max(2.0, falls**2), largest_factor)
         elif stands is not None and stands > falls * (1 + _NEAR):
             factor = sqrt(stands * falls)
         else:
             break
         stronger = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
         try:
-            holds = falling_mechanism(stronger, solver, effort, kept) is None
+            is_stable = falling_mechanism(stronger, solver, effort, kept) is None
         except DeadLoadUndecided:
             break
-        stands, falls = (factor, falls) if holds else (stands, factor)
+        if is_stable:
+            stands = factor
+        else:
+            falls = factor
     return stands, falls
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Those of some of the problem's blocks that no chain of bearing joints leads to from a support. A joint
-    bears a block if its normal pushes against the block's dead load."""
+    """Return those of the given blocks of the problem that hang.
+
+    A block hangs if no chain of bearing joints connects it with a support. A joint bears a block if its
+    normal pushes against the block's dead load.
+    """
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count, forces = len(scene.blocks), assembly.problem.forces(assembly.problem.dead)
     down = np.zeros((count, forces.shape[1]))
@@ -314,9 +366,11 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # From what bears to what is borne, and from one node more to all supports; some may turn.
-    held = [of.block for force in assembly.limited if force.role is Role.SUPPORT for of in force.actions]
-    supports = np.append(np.setdiff1d(np.arange(count), movable), held).astype(int)
+    # Edges of a graph: from each bearing block to the block that it bears, and from one more node, of number
+    # ``count``, to all supports. Blocks on supports that let them turn count as supports.
+    support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
+    supported = [action.block for force in support_forces for action in force.actions]
+    supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)
     bears = np.concatenate([joints.second[first_borne], joints.first[second_borne], 0 * supports + count])
     borne = np.concatenate([joints.first[first_borne], joints.second[second_borne], supports])
     chains = sp.csr_array((np.ones(len(bears)), (bears, borne)), shape=(count + 1, count + 1))

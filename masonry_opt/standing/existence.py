@@ -1,10 +1,14 @@
-"""Why an analysis ended without a load factor: proof that there is none, and reasons with names.
+"""Prove that no load factor exists, and name the reasons why an analysis ended without one.
 
-That no mechanism goes with a state of equilibrium is shown by branch and cut on which faces move. In a
-Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices,
-and their Farkas multipliers tell which few faces are to blame (combinatorial Benders cuts; Codato & Fischetti
-2006): faces that cannot come to yield together, and faces of which one must move. Where the cuts leave no
-choice there is no such state. Each cut is certified from the matrices.
+Branch and cut on the moving faces shows that no mechanism goes with a state of equilibrium. In a Coulomb
+state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices of moving
+faces. Their Farkas multipliers name the few faces that cause the contradiction, which are combinatorial
+Benders cuts (Codato & Fischetti 2006):
+
+- faces that cannot come to yield together;
+- faces of which at least one must move.
+
+If the cuts exclude every choice, no Coulomb state exists. Each cut is certified from the matrices.
 """
 
 from contextlib import suppress
@@ -32,35 +36,57 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.standing.diagnosis import locking_joints
 
-#: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and linear
-#: programs times joints after which that is given up (random scenes that jam take 5 to 400 programs, some
-#: up to 3300).
-_RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
+#: Number of joints up to which rays are looked for: forces that carry the live load alone.
+_RAYS_UP_TO = 2000
+
+#: Number of joints up to which mechanisms are excluded by branch and cut.
+_CUTS_UP_TO = 100
+
+#: Number of programs times number of joints at which branch and cut is given up. Random scenes that jam
+#: take 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
-_PURPOSE = "existence"  #: What a solver does here, as a result tells it.
+_PURPOSE = "existence"  #: Name of this use of a solver in a result.
 
-#: A face with a rate above this moves in a mechanism in which the live load does the work Σ|f_L|. This is no
-#: gate: the cut concluded from it must leave no more than PROOF.
+#: Rate above which a face moves, in a mechanism in which the live load does the work Σ|f_L|. It decides no
+#: proof: the cut that follows from it must have a residual of at most PROOF.
 _MOVES = 1e-9
 
-_TO_BLAME = 1e-9  #: Share of the largest multiplier above which a face is to blame.
-_OF_LATE = 200  #: Cuts that count in the choice of a face to branch on.
-_OPEN, _STILL, _MOVING = -1, 0, 1  #: What a choice says of a face.
+#: Share of the largest multiplier above which a face belongs to a cut.
+_TO_BLAME = 1e-9
+
+#: Number of latest cuts that count in the choice of a face to branch on.
+_OF_LATE = 200
+
+#: Value of a choice for a face of which nothing is decided.
+_OPEN = -1
+
+#: Value of a choice for a face that does not move.
+_STILL = 0
+
+#: Value of a choice for a face that moves and is at yield.
+_MOVING = 1
 
 
 class _Undecided(Exception):
-    """No proof: a choice is not refuted, a cut not borne out by its residual, or programs were too many."""
+    """Signal that no proof is found.
+
+    A choice is not refuted, the residual of a cut is too large, or too many programs were solved.
+    """
 
 
 class Cuts:
-    """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
-    linear programs, of a scene that stands, in units of its load.
+    """Cuts that exclude Coulomb states with λ ≥ 0, for a stable scene in units of its load.
 
-    ``exclude`` tells whether they leave no choice, ``residual`` is the largest that any of them leaves of its
-    conditions, and ``static`` and ``kinematic`` are how many there are: sets of faces that cannot come to
-    yield together, and of which one moves in every mechanism that lets the live load do work. A *choice* is
-    by face whether it moves and is at yield, or does not move, or is open, shape (faces,).
+    A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
+    Cuts are looked for with at most ``most_programs`` linear programs.
+
+    Attributes
+    ----------
+    exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
+    residual: largest residual of the conditions of a cut.
+    static: number of sets of faces that cannot come to yield together.
+    kinematic: number of sets of faces of which one moves in every mechanism that lets the live load do work.
     """
 
     def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
@@ -72,7 +98,8 @@ class Cuts:
             HighsSession(model.program, effort, _PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # By what one of their faces must be, as rows over the faces: as many as there may be programs.
+        # Cuts as rows over the faces, by the value that one of their faces must have. There are at most as
+        # many cuts as programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_STILL, _MOVING)}
         self._count = {_STILL: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -83,14 +110,20 @@ class Cuts:
 
     def _refute(self, choice: np.ndarray) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
-        while (branch := self._branch(choice)) is not None:
-            # The face at yield first, which few states of equilibrium allow.
+        branch = self._branch(choice)
+        while branch is not None:
+            # The face is at yield in the first branch, which few states of equilibrium allow.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _STILL
+            branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """The face to branch on, after all that cuts imply is added to ``choice``; None if it is refuted."""
+        """Return the face to branch on; None if the choice is refuted.
+
+        All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
+        move and come to yield together.
+        """
         while self._follows(choice):
             moving = choice == _MOVING
             if moving.any() and self._static_cut(moving) is not None:
@@ -101,38 +134,46 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVES))
             if cut is None:
-                raise _Undecided  # these faces can move and come to yield together
+                raise _Undecided  # The moving faces can come to yield together.
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # The face that most of the last cuts name: branching on it closes the tree soonest.
+                # Branching on the face that most of the latest cuts contain closes the tree soonest.
                 blame = self._rows[_STILL][max(self._count[_STILL] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Add to a choice what the cuts imply; False if it contradicts one."""
+        """Add to a choice the values that the cuts imply, and return False if it contradicts a cut."""
         changed = True
         while changed:
             changed = False
             for implied, count in self._count.items():
                 rows = self._rows[implied][:count]
-                met, left = rows @ (choice == implied) > 0, rows @ (choice == _OPEN)
-                if (~met & (left == 0)).any():
+                is_met = rows @ (choice == implied) > 0
+                open_counts = rows @ (choice == _OPEN)
+                if (~is_met & (open_counts == 0)).any():
                     return False
-                forced = (choice == _OPEN) & rows[~met & (left == 1)].any(axis=0)
+                forced = (choice == _OPEN) & rows[~is_met & (open_counts == 1)].any(axis=0)
                 choice[forced] = implied
                 changed |= bool(forced.any())
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Rates (faces,) of a mechanism of few moving faces, preferably those that move anyway."""
+        """Return the rates, shape (faces,), of a mechanism of few moving faces; None if there is none.
+
+        Faces that move by the choice are preferred, and faces that do not move by the choice are at rest.
+        """
         p = self._motion.mechanism.p
         self._mechanisms.set_most(p, np.where(choice == _STILL, 0.0, np.inf))
         self._mechanisms.set_costs(p, np.where(choice == _MOVING, 0.01, 1.0))
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
     def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
-        """Those of some faces that cannot come to yield together; None if all can."""
+        """Add a cut of faces that cannot come to yield together, and return the faces of the cut.
+
+        The faces of the cut are among ``held``. None is returned if all of ``held`` can come to yield
+        together, or if the solver finds no optimum.
+        """
         model = self._no_forces
         self._statics.set_most(model.r, np.where(held, np.inf, 0.0))
         if not self._solved(self._statics):
@@ -143,7 +184,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Those of some faces of which one must move."""
+        """Add a cut of faces of which at least one must move; its faces are among ``still``."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
@@ -153,7 +194,10 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
+        """Store a cut: in every state one of the faces ``blamed`` has the value ``implied``.
+
+        Raises _Undecided if the residual is too large for a proof.
+        """
         if not residual <= PROOF:
             raise _Undecided
         self.residual = max(self.residual, residual)
@@ -161,42 +205,50 @@ class Cuts:
         self._count[implied] += 1
 
     def _solved(self, session: HighsSession) -> bool:
+        """Return True if the program has an optimum. Raises _Undecided after too many programs."""
         if self.effort.lp_solves >= self._most_programs:
             raise _Undecided
         return session.solve() is Verdict.OPTIMAL
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Proof for a scene that stands, as far as there is one; None if it has too many joints. Mechanisms are
-    excluded too if asked for: an associative load factor depends on statics alone."""
+    """Return the proof that a stable scene has no load factor, or the facts known about it.
+
+    None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
+    An associative load factor depends on statics alone.
+    """
     if problem.joints > _RAYS_UP_TO:
         return None
     effort.begins("is there a load factor at all?")
     own = effort.beside()
-    found = _found(in_units_of_load(problem).problem, own, of_mechanism)
+    certificate = _proof(in_units_of_load(problem).problem, own, of_mechanism)
     effort.add("solve", own.seconds["solve"])
-    return found
+    return certificate
 
 
-def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    # Dilatancy that falls with stress allows what less of it does.
-    falls = problem.dilatancy_depends_on_stress
-    own_flow = np.minimum(problem.dilatancy, 0.0) if falls else problem.dilatancy
-    if against := _ray(problem, own_flow, effort):
-        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against[1])
+def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
+    """Return the certificate for a problem in units of its load."""
+    # Dilatancy that falls with stress allows every mechanism of a smaller dilatancy.
+    dilatancy_falls = problem.dilatancy_depends_on_stress
+    own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
+    against_mechanisms = _ray(problem, own_flow, effort)
+    if against_mechanisms:
+        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # Statics are bounded: the method failed, and there is nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
-    if opposite := _ray(replace(problem, live=-problem.live), problem.friction, effort):
+    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
+    if opposite:
         n = problem.normal_forces(ray[0] + opposite[0])
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # Cuts are of faces, which in space are sides inside the cone: they would prove nothing of it.
-    of_cone = problem.by_cone.by_friction.conic
-    if not of_mechanism or falls or of_cone or problem.joints > _CUTS_UP_TO:
+    # Cuts consist of faces. In space these are sides of polygons inside the cones, so that cuts would prove
+    # nothing about the cones.
+    has_cones = problem.by_cone.by_friction.conic
+    if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate
     cuts = Cuts(problem, _MOST_WORK // problem.joints, effort)
     if not cuts.exclude:
@@ -208,34 +260,43 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
 def _ray(
     problem: Problem, slope: np.ndarray, effort: Effort
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
-    """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion, and
-    their residuals; None if none were found that their residuals bear out."""
+    """Return forces, shape (3c,), that carry the live load alone, and their residuals.
+
+    Shear is limited by a slope, shape (k,), without cohesion. None is returned if no forces are found, or if
+    their residuals are too large for a proof.
+    """
     model = CvxpyNoMotion(problem, slope)
     session = HighsSession(model.program, effort, _PURPOSE)
     session.set_most(model.v, np.zeros(problem.faces))
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(model.q)
-    left = ray_residuals(problem, q, slope)
-    return (q, left) if max(left) <= PROOF else None
+    residuals = ray_residuals(problem, q, slope)
+    return (q, residuals) if max(residuals) <= PROOF else None
 
 
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """A solution without a load factor, with what is proven of that, and the joints that carry the load."""
-    found = solution.infeasibility
-    if found is None:
+    """Return a solution without a load factor, with reasons for that.
+
+    The reasons name the proof that no load factor exists, if there is one, and the joints that keep the live
+    load from causing collapse. ``associative`` is True if the method's answer is that of associative flow.
+    """
+    certificate = solution.infeasibility
+    if certificate is None:
         if solution.associative is None or associative:
-            found = existence(assembly.problem, effort, of_mechanism=not associative)
-        else:  # statics are bounded
-            found = InfeasibilityCertificate(Existence.UNDECIDED)
-        solution = replace(solution, infeasibility=found)
-    if found and not associative:
+            certificate = existence(assembly.problem, effort, of_mechanism=not associative)
+        else:
+            # An associative load factor exists, so statics are bounded.
+            certificate = InfeasibilityCertificate(Existence.UNDECIDED)
+        solution = replace(solution, infeasibility=certificate)
+    if certificate and not associative:
         if solution.status is not Status.UNSTABLE:
-            solution = _as_proven(solution, found)
-        if found.clamped:
-            solution = solution.telling(reason(Code.CLAMPED, pairs=assembly.pairs(np.array(found.clamped))))
+            solution = _as_proven(solution, certificate)
+        if certificate.clamped:
+            pairs = assembly.pairs(np.array(certificate.clamped))
+            solution = solution.telling(reason(Code.CLAMPED, pairs=pairs))
     locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if not len(locking):
         return solution
@@ -243,8 +304,11 @@ def explained(
 
 
 def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
-    """A solution without its load factor, which is below zero, or of a scene that does not carry its dead
-    load from rest: ``rests`` tells whether it does, or is held by wedging alone."""
+    """Return a solution without its load factor, with the reason for that.
+
+    If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
+    Otherwise the scene is held by wedging alone.
+    """
     if rests:
         without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)
         if solution.load_factor is not None:
@@ -252,18 +316,18 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
         if solution.peak is None:
             return without
         # The load history passed through loads that the scene carries before it ended below zero.
-        history = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
-        return replace(without.telling(*history), followed_to_end=True, peak=solution.peak)
+        of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
+        return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
-def _as_proven(solution: Solution, found: InfeasibilityCertificate) -> Solution:
-    """A solution with what is proven as status and reasons."""
-    if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
+    """Return a solution whose status and reasons state the proof of a certificate."""
+    if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
-    if found.existence is Existence.NO_STATE:
-        why = reason(Code.NO_COLLAPSE, static_cuts=found.static_cuts, kinematic_cuts=found.kinematic_cuts)
-        return replace(solution, status=Status.UNLIMITED).telling_first(why)
-    unbounded = found.existence is Existence.UNBOUNDED
-    return solution.telling(reason(Code.CARRIES_ANY)) if unbounded else solution
+    if certificate.existence is Existence.NO_STATE:
+        cuts = {"static_cuts": certificate.static_cuts, "kinematic_cuts": certificate.kinematic_cuts}
+        return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_COLLAPSE, **cuts))
+    is_unbounded = certificate.existence is Existence.UNBOUNDED
+    return solution.telling(reason(Code.CARRIES_ANY)) if is_unbounded else solution

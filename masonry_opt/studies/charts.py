@@ -1,4 +1,4 @@
-"""Charts of studies, in Altair: as PNG and SVG for paper, as a script for pages."""
+"""Charts of studies, made with Altair: PNG and SVG files for paper, interactive charts for pages."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,14 +18,16 @@ try:
 except ImportError:
     raise OptionError(NEEDED) from None
 
-# Altair is imported from here: one place says that it is missing.
+# Other modules import Altair from this module, which raises the error if Altair is missing.
 __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", "script"]
 
-#: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
-_WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
-_ENTRY = 300  #: Width of a legend's entry in pixels; there are as many columns as fit.
-_LETTER = 6  #: Width of a letter of the notes in pixels.
-_FONT = "DejaVu Sans"  #: From Matplotlib, with superscripts: pictures are the same on every machine.
+_WIDTH = 620  #: Width of a chart on paper, in pixels.
+_PANEL = 230  #: Width and height of a panel on paper, in pixels.
+_COLUMNS = 4  #: Largest number of panels in a row.
+_PANELS = 24  #: Largest number of panels on paper; the notes give the number of all.
+_ENTRY = 300  #: Width of an entry of the legend, in pixels; it determines the number of columns.
+_LETTER = 6  #: Mean width of a letter of the notes, in pixels.
+_FONT = "DejaVu Sans"  #: Font of Matplotlib, with superscripts: pictures are equal on all machines.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
 _CONFIG: dict[str, Any] = {
@@ -41,72 +43,74 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 
 @dataclass(frozen=True)
 class NamedChart:
-    """A chart, the name of its files, its title and notes. ``panels``: a column with a panel for each of its
-    values: side by side on paper, one at a time on a page."""
+    """Chart with the name of its files, a title and notes."""
 
-    name: str
+    name: str  #: name of the files, without ending
     title: str
-    chart: Any
+    chart: Any  #: chart of Altair
     notes: str = ""
+    #: Column whose values have a panel each: next to each other on paper, one at a time on a page.
     panels: str = ""
 
     def on_paper(self) -> Any:
-        """The chart in Altair, with title and notes."""
+        """Return the Altair chart with title and notes."""
         chart, width, notes = self.chart, _WIDTH, self.notes
         if self.panels:
-            named = self._panels()
-            chart = chart.transform_filter(alt.FieldOneOfPredicate(self.panels, named[:_PANELS]))
-            columns = min(_COLUMNS, len(named))
+            values = self._panels()
+            chart = chart.transform_filter(alt.FieldOneOfPredicate(self.panels, values[:_PANELS]))
+            columns = min(_COLUMNS, len(values))
             width = columns * _PANEL
             chart = chart.properties(width=_PANEL, height=_PANEL).facet(f"{self.panels}:N", columns=columns)
-            if len(named) > _PANELS:
-                notes += f"; the first {_PANELS} of {len(named)}"
+            if len(values) > _PANELS:
+                notes += f"; the first {_PANELS} of {len(values)}"
         else:
             chart = chart.properties(width=width)
         chart = chart.properties(title=alt.Title(self.title, subtitle=wrap(notes, width // _LETTER)))
-        return _dressed(chart, max(1, width // _ENTRY))
+        return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """The chart for Vega-Lite, as wide as its container, without title and notes."""
+        """Return the Vega-Lite specification, as wide as its container, without title and notes."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
-            named = self._panels()
-            select = alt.binding_select(options=named, name=f"{self.panels} ")
-            chosen = alt.param("panel", value=named[0], bind=select)
+            values = self._panels()
+            select = alt.binding_select(options=values, name=f"{self.panels} ")
+            chosen = alt.param("panel", value=values[0], bind=select)
             chart = chart.add_params(chosen).transform_filter(f"datum[{self.panels!r}] === panel")
-        return specification(_dressed(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
+        return specification(_configured(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
 
     def source(self) -> str:
-        """Its picture as the address of an image in HTML."""
+        """Return the picture as the address of an image in HTML."""
         return image_source(vl_convert.vegalite_to_svg(specification(self.on_paper())), "svg")
 
     def _panels(self) -> list[str]:
+        """Return the values that have a panel each, in the order of the rows."""
         return [*dict.fromkeys(self.chart.data[self.panels])]
 
 
-def _dressed(chart: Any, columns: Any) -> Any:
+def _configured(chart: Any, columns: Any) -> Any:
+    """Return a chart with the style of the package, and a legend of some columns."""
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
 
 
 def axis(title: str, least: float, greatest: float) -> dict[str, Any]:
-    """The scale from least to greatest and the axis of a channel, such as alt.X(..., **axis(...))."""
+    """Return the scale and the axis of a channel, as keywords: ``alt.X(..., **axis(...))``."""
     scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
     return {"scale": scale, "axis": alt.Axis(title=title)}
 
 
 def legend(entries: object) -> dict[str, Any]:
-    """The legend of a channel; none where it would have no entries, and no finite size."""
+    """Return the legend of a channel, as keywords; a legend without entries is left out."""
     return {} if entries else {"legend": None}
 
 
 def specification(chart: Any) -> dict[str, Any]:
-    """A chart of Altair for Vega-Lite, with any number of rows."""
+    """Return the Vega-Lite specification of an Altair chart, with any number of rows."""
     with alt.data_transformers.enable("default", max_rows=None):
         return chart.to_dict()
 
 
 def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
-    """PNG and SVG of charts, by file name; the same to the last byte from run to run."""
+    """Return PNG and SVG files of charts by name. Repeated calls return identical bytes."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
         described = specification(drawing.on_paper())
@@ -116,11 +120,11 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
 
 
 def script() -> str:
-    """The JavaScript of Vega, Vega-Lite and Vega-Embed, for the inside of a page."""
-    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
+    """Return the JavaScript of Vega, Vega-Lite and Vega-Embed, for inclusion in a page."""
+    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub lacks the default
 
 
 def chart_contents(title: str, drawings: Sequence[NamedChart]) -> dict[str, str | bytes]:
-    """Return the files of charts by name: PNG and SVG of each, and one page that needs no network."""
+    """Return the files of charts by name: PNG and SVG of each, and one page that works offline."""
     page = render("charts.html", title=title, charts=drawings, script=script())
     return pictures(drawings) | {"charts.html": page}

@@ -1,6 +1,9 @@
-"""Tasks in processes of this machine or on a Dask cluster. A task that dies, or exceeds its limits of time or
-memory, ends alone. Processes are forked from a server that has imported the package (the standard library's
-"forkserver"), which takes milliseconds; a new interpreter takes seconds."""
+"""Tasks in worker processes of this machine or on a Dask cluster.
+
+A task that crashes its process, or exceeds its limit of time or memory, does not affect other tasks. On
+this machine processes are forked from a server that has imported the package (the start method "forkserver"
+of the standard library). A fork takes milliseconds, a new interpreter takes seconds.
+"""
 
 import contextlib
 import multiprocessing
@@ -23,52 +26,62 @@ from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError
 
-#: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
-FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
-TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
-#: Ends without a value: nothing is known of what the task was to solve.
+FINISHED = "finished"  #: The task returned a value.
+REFUSED = "refused"  #: The task raised a MasonryError.
+CRASHED = "crashed"  #: The task raised another error.
+DIED = "died"  #: The process of the task ended.
+TIME_LIMIT = "time limit"  #: The task took too long.
+MEMORY_LIMIT = "memory limit"  #: The process of the task used too much memory.
+#: Ends of a task without a value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: Workers that a task may kill before it is given up.
-_LOOK = 0.02  #: Seconds between two looks at a process's memory.
-_AHEAD = 3  #: Tasks handed out for each worker: none waits, and memory does not grow with their number.
+MOST_DEATHS = 3  #: Number of workers that a task may kill before the task is given up.
+_MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
+#: Tasks handed out per worker. Workers wait if there are too few; memory grows if there are too many.
+_TASKS_PER_WORKER = 3
 PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
-#: Set before the server starts: libraries read them when they are imported.
+#: Environment of the processes; libraries read these variables when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: Modules that the server imports: runs, and methods, whose modelling languages are imported late.
+#: Modules that the server imports before it forks, so that no process has to import them.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
-#: Windows has no such server.
-_HOW = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-_STANDARD: Any = multiprocessing.get_context(_HOW)
-_STARTING = threading.Lock()  #: Processes may be started by several threads.
+#: Start method of processes; Windows has no fork server.
+_START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+_STANDARD: Any = multiprocessing.get_context(_START_METHOD)
+_STARTING = threading.Lock()  #: Held while a process starts: several threads may start processes.
 
 
 @dataclass(frozen=True)
 class TaskEnd:
-    """How a task ended (FINISHED, ...), and why in words; its value if it finished; and the largest memory of
-    its process so far, in MB (10⁶ bytes), libraries included."""
+    """End of a task, with its value if it finished."""
 
-    how: str
-    reason: str = ""
-    value: Any = None
-    seconds: float = 0.0
-    peak: float = 0.0
+    how: str  #: FINISHED, REFUSED, CRASHED, DIED, TIME_LIMIT or MEMORY_LIMIT
+    reason: str = ""  #: reason of an end without a value, as text
+    value: Any = None  #: value that the task returned
+    seconds: float = 0.0  #: duration of the task
+    peak: float = 0.0  #: largest resident memory of its process so far, in MB (10⁶ bytes)
 
     @property
     def found(self) -> Any:
-        """Its value. Raises MasonryError, or RuntimeError if it crashed, if it has none."""
+        """Value of the task. Raises RuntimeError if it crashed, MasonryError if it has no value otherwise."""
         if self.how != FINISHED:
             kind = RuntimeError if self.how == CRASHED else MasonryError
             raise kind(f"{self.how}: {self.reason}")
         return self.value
 
 
-Task = Callable[[], Any]  #: A function of a module, such as functools.partial makes one without arguments.
+Task = Callable[[], Any]  #: Function without arguments that can be pickled, such as a functools.partial.
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Workers that make tasks: ``count`` processes, by default as many as the cores that this process may
-    use, or those of the Dask scheduler at this address; they end on leaving. Raises OptionError if ``count``
-    is wrong, both are given, or the scheduler cannot be reached."""
+    """Context manager of worker processes that run tasks; the processes end with the context.
+
+    Raises OptionError if ``count`` is wrong, if both parameters are given, or if the Dask scheduler cannot be
+    reached.
+
+    Parameters
+    ----------
+    count: Number of processes; by default the number of cores that this process may use.
+    dask: Address of a Dask scheduler, whose workers run the tasks instead.
+    """
 
     def __init__(self, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
@@ -80,60 +93,68 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         self._engine.close()
 
     def map(self, tasks: Iterable[tuple[Any, Task]]) -> Iterator[tuple[Any, TaskEnd]]:
-        """Names of the tasks, such as numbers, and their ends, as they come. Tasks are taken from the
-        iterable as workers become free; an error that it raises is raised here when the tasks before have
-        ended. A task whose worker died is made again, up to ``MOST_DEATHS`` times."""
-        coming, failed = iter(tasks), None
-        under_way: dict[Future[TaskEnd], tuple[Any, Task, int]] = {}
+        """Run named tasks, and yield the name and the end of each task in the order in which they end.
+
+        Tasks are taken from the iterable as workers become free. An error that the iterable raises is raised
+        here after all earlier tasks have ended. A task whose worker died is repeated, and runs at most
+        ``MOST_DEATHS`` times.
+        """
+        remaining, failure = iter(tasks), None
+        running: dict[Future[TaskEnd], tuple[Any, Task, int]] = {}
         while True:
-            room = self._engine.room
-            while len(under_way) < room:
+            capacity = self._engine.room
+            while len(running) < capacity:
                 try:
-                    name, task = next(coming)
+                    name, task = next(remaining)
                 except StopIteration:
                     break
                 except Exception as error:
-                    failed = error
+                    failure = error
                     break
-                under_way[self._engine.submit(task)] = name, task, 1
-            if not under_way:
+                running[self._engine.submit(task)] = name, task, 1
+            if not running:
                 break
-            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                name, task, tried = under_way.pop(future)
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                name, task, attempts = running.pop(future)
                 end = _end_of(future)
-                if end.how == DIED and tried < MOST_DEATHS:
-                    under_way[self._engine.submit(task)] = name, task, tried + 1
+                if end.how == DIED and attempts < MOST_DEATHS:
+                    running[self._engine.submit(task)] = name, task, attempts + 1
                 else:
                     yield name, end
-        if failed:
-            raise failed
+        if failure:
+            raise failure
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """A whole number that is given by a name. Raises OptionError if it is none, or less."""
+    """Return an argument as an int. Raises OptionError, with its name, if it is no integer or too small."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
 
 
 def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
-    """Make a task in a new process, on one core, which is killed after so many seconds, or above so many MB
-    of resident memory."""
+    """Run a task in a new process with one thread, and return its end.
+
+    The process is killed if it takes longer than ``time_limit`` seconds, or if its resident memory exceeds
+    ``memory_limit`` MB.
+    """
     start, peak = time.perf_counter(), 0.0
     with contextlib.closing(Processes(1)) as workers:
         future = workers.submit(task, time_limit)
-        while peak <= memory_limit and not wait([future], _LOOK).done:
+        while peak <= memory_limit and not wait([future], _MEMORY_INTERVAL).done:
             for process in workers.context.processes:
-                with contextlib.suppress(psutil.Error):  # it has ended
+                with contextlib.suppress(psutil.Error):  # the process has ended
                     peak = max(peak, psutil.Process(process.pid).memory_info().rss / 1e6)
-        large = TaskEnd(MEMORY_LIMIT, f"over {memory_limit:g} MB")
-        end = large if peak > memory_limit else _end_of(future)
+        too_large = TaskEnd(MEMORY_LIMIT, f"over {memory_limit:g} MB")
+        end = too_large if peak > memory_limit else _end_of(future)
         return replace(end, seconds=end.seconds or time.perf_counter() - start, peak=max(peak, end.peak))
 
 
-class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system
+class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
+    """Process that runs libraries on one thread and does not import the main program."""
+
     def start(self) -> None:
-        # The file of the main program, which a new process would import, is hidden; its names stay visible.
+        """Start the process. The file of the main program is hidden from it, but not the program's names."""
         hidden = ModuleType("__main__")
         with _STARTING:
             vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
@@ -143,22 +164,24 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is de
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """A context of multiprocessing whose processes (all made so far) run libraries on one thread, and do not
-    import the main program: a script without a main guard would start its study again there."""
+    """Context of multiprocessing whose processes do not import the main program.
+
+    A script without a main guard would start its study again in every process that imports it.
+    """
 
     def __init__(self) -> None:
         super().__init__()
-        self.processes: list[Any] = []
+        self.processes: list[Any] = []  #: all processes made so far
 
     def Process(self, **keys: Any) -> _Process:
-        """A process, not started yet."""
+        """Return a new process that is not started yet."""
         self.processes.append(_Process(**keys))
         return self.processes[-1]
 
 
 @contextlib.contextmanager
 def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> Iterator[None]:
-    """Others in place of some values, which are restored."""
+    """Replace some values of a mapping within a context, and restore them afterwards."""
     before = {name: values[name] for name in others if name in values}
     values.update(others)
     try:
@@ -170,61 +193,72 @@ def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> It
 
 
 def _start_server() -> None:
-    """Start the server if it does not run. Ctrl-C must not reach it, which only the main thread can say; nor
-    may its processes write errors: one whose study is interrupted before it runs would show a traceback."""
-    if _HOW != "forkserver":
+    """Start the fork server unless it runs already.
+
+    The server inherits two settings of this process, which are restored afterwards. Ctrl-C does not reach
+    the server (only the main thread can set this). Standard error is discarded: a process whose study is
+    interrupted before it begins would write a traceback.
+    """
+    if _START_METHOD != "forkserver":
         return
     from multiprocessing import forkserver
 
     _STANDARD.set_forkserver_preload([f"masonry_opt.{name}" for name in _PRELOADED])
-    with contextlib.ExitStack() as before:
+    with contextlib.ExitStack() as restore:
         if threading.current_thread() is threading.main_thread():
-            before.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.SIG_IGN))
-        before.callback(os.close, kept := os.dup(2))
-        before.callback(os.dup2, kept, 2)
+            handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+            restore.callback(signal.signal, signal.SIGINT, handler)
+        standard_error = os.dup(2)
+        restore.callback(os.close, standard_error)
+        restore.callback(os.dup2, standard_error, 2)
         _silence(2)
         forkserver.ensure_running()
 
 
 def _prepare_process() -> None:
-    """Prepare a new process, in which Pebble ignores Ctrl-C: it ends at SIGTERM, and writes nothing."""
+    """Let a new process end at SIGTERM and write nothing. Pebble makes it ignore Ctrl-C."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
 
 def _silence(*streams: int) -> None:
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    """Discard everything that is written to these file descriptors."""
+    null = os.open(os.devnull, os.O_WRONLY)
     for stream in streams:
-        os.dup2(nowhere, stream)
-    os.close(nowhere)
+        os.dup2(null, stream)
+    os.close(null)
 
 
 def _cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class Processes:
-    """Processes of this machine, in one pool of Pebble's."""
+    """Processes of this machine in a pool of the library Pebble."""
 
     def __init__(self, count: int) -> None:
-        self.context, self.room = Context(), _AHEAD * count
+        self.context, self.room = Context(), _TASKS_PER_WORKER * count
         self._open = partial(ProcessPool, count, initializer=_prepare_process, context=self.context)
         self._pool: Any = self._open()
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
-        if not self._pool.active:  # a process that dies idle breaks the pool
+        """Hand a task to the pool; its process is killed after ``time_limit`` seconds."""
+        if not self._pool.active:  # the pool breaks if one of its idle processes dies
             self.close()
             self._pool = self._open()
-        return self._pool.schedule(_made, (task,), timeout=time_limit)
+        return self._pool.schedule(_run, (task,), timeout=time_limit)
 
     def close(self) -> None:
+        """End all processes."""
         self._pool.stop()
         self._pool.join()
 
 
 class _Cluster:
-    """The workers of a Dask scheduler."""
+    """Workers of a Dask scheduler."""
 
     def __init__(self, address: str) -> None:
         try:
@@ -238,24 +272,27 @@ class _Cluster:
         self._address, self._executor = address, self._client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future[TaskEnd]:
+        """Hand a task to the cluster. Raises OptionError if no worker appears within ``PATIENCE`` seconds."""
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             at = self._address
             none = f"the Dask scheduler at '{at}' has no worker: start one with 'dask worker {at}'"
             raise OptionError(f"{none}; runs already made are kept where 'out' is given") from None
-        return self._executor.submit(_made, task)
+        return self._executor.submit(_run, task)
 
     @property
     def room(self) -> int:
-        return _AHEAD * max(1, sum(self._client.nthreads().values()))
+        """Number of tasks that may be handed out at a time."""
+        return _TASKS_PER_WORKER * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:
+        """Disconnect from the scheduler."""
         self._client.close()
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """The end that a worker sent, or why it sent none."""
+    """Return the end that a worker sent, or the reason why it sent none."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()
@@ -268,8 +305,8 @@ def _end_of(future: Future[TaskEnd]) -> TaskEnd:
     return TaskEnd(DIED, f"{how}; is there enough memory?")
 
 
-def _made(task: Task) -> TaskEnd:
-    """In a worker: make a task, and return its end."""
+def _run(task: Task) -> TaskEnd:
+    """Run a task in a worker, and return its end."""
     began = time.perf_counter()
     try:
         end = TaskEnd(FINISHED, value=task())
@@ -277,14 +314,14 @@ def _made(task: Task) -> TaskEnd:
         end = TaskEnd(REFUSED, str(error))
     except MemoryError:
         end = TaskEnd(MEMORY_LIMIT, "no memory left")
-    except Exception as error:  # it ends this task alone
+    except Exception as error:  # an error of one task must not stop the others
         end = TaskEnd(CRASHED, f"{type(error).__name__}: {error}")
     return replace(end, seconds=time.perf_counter() - began, peak=_peak())
 
 
 def _peak() -> float:
-    """Largest resident memory of this process in MB; 0 where the system does not tell."""
-    # Not ru_maxrss: a forked process inherits its parent's.
+    """Return the largest resident memory of this process in MB; 0 if the system does not report it."""
+    # A forked process inherits ru_maxrss of its parent, so it is read from /proc instead.
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3

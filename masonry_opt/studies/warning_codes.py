@@ -9,19 +9,26 @@ from masonry_opt.files import plain
 class StudyCode(StrEnum):
     """Code of a warning about a study; the comment of each lists the values of its record."""
 
-    DAMAGED_JOURNAL = "damaged journal"  # path, line: number of the line, from 1
-    RUNS_LEFT_OUT = "runs left out"  # status, count, message: why the first of these runs has no answer
-    RUNS_UNDECIDED = "runs undecided"  # status, count, message: why the first of these runs has no answer
-    # parameter; of a sweep also values and load_factors: two each, at the largest fall, and fixed: the other
-    # numbers there; of a sample also rank_correlation.
+    #: ``path``; ``line``: number of the damaged line, from 1.
+    DAMAGED_JOURNAL = "damaged journal"
+    #: ``status``; ``count`` of runs; ``message``: reason why the first of these runs has no answer.
+    RUNS_LEFT_OUT = "runs left out"
+    #: ``status``; ``count`` of runs; ``message``: reason why the first of these runs has no answer.
+    RUNS_UNDECIDED = "runs undecided"
+    #: ``parameter``. Of a sweep also two ``values`` and two ``load_factors``, those at the largest fall, and
+    #: ``fixed``, the other numbers at the fall. Of a sample also ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    SEVERAL_THRESHOLDS = "several thresholds"  # values: at which the scene holds beyond the threshold
-    BELOW_BOUND = "below bound"  # load_factor, bound: of a crossing, which contradict each other
-    # end: "least" or "greatest"; reaction: of the answer; incremental: reaction at which the history ends
+    #: ``values``: those at which the scene holds beyond the threshold.
+    SEVERAL_THRESHOLDS = "several thresholds"
+    #: ``load_factor`` and ``bound`` of a crossing, which contradict each other.
+    BELOW_BOUND = "below bound"
+    #: ``end``: "least" or "greatest"; ``reaction`` of the answer; ``incremental``: reaction at the end of the
+    #: load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    STATE_ACROSS_REST = "state across rest"  # end, reaction: of that state; at_rest: reaction at rest
+    #: ``end``: "least" or "greatest"; ``reaction`` of the exact state; ``at_rest``: reaction at rest.
+    STATE_ACROSS_REST = "state across rest"
 
 
 def study_warning(code: StudyCode, sentence: str, **values: Any) -> dict[str, Any]:
-    """Return the record of a warning, as JSON output has it."""
+    """Return the record of a warning in the form of JSON output."""
     return {"sentence": sentence, "code": str(code), **plain(values)}

@@ -1,6 +1,10 @@
-"""What studies keep and write: a journal of finished runs, from which they continue; the machine, the
-versions and the command that made them; and answers, printed as facts, and written as JSON, as tables, and as
-HTML pages from the templates of this folder."""
+"""Files and output of studies.
+
+- Journal: finished runs, from which an interrupted study continues.
+- machine, versions: the computer, the packages and the command of a study.
+- StudyAnswer: base class of answers, which are printed as facts or written as JSON.
+- in_words, table, render, ...: tables, and HTML pages from the templates of this folder.
+"""
 
 import hashlib
 import json
@@ -26,43 +30,44 @@ from masonry_opt.files import WRITER, write_whole, writing
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.names import labelled, some, warning_lines
 
-#: Message where a library for charts or pages is missing.
+#: Message if a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
-JOURNAL = "journal.jsonl"
-_SHOWN = 30  #: Rows of a table that a notebook shows.
-#: Packages whose versions decide times and answers.
+JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
+_SHOWN_ROWS = 30  #: Largest number of rows of a table in a notebook.
+#: Packages whose versions influence answers and times.
 _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
 
 
 class Journal:
-    """The finished runs of one study in a folder, one line a run after a first line, the head.
+    """File with the finished runs of one study, in the folder of the study.
 
-    The head has hashes of all that decides the rows, by name. An incomplete last line is removed when the
-    file is opened. A damaged line before it stays in the file, and ``warnings`` names its number. The runs of
-    both are missing, and so are made again.
+    The first line, the head, has a hash of each input that determines the rows. Every other line is a run.
+    An incomplete last line is removed when the file is opened. Another damaged line stays in the file, and
+    a record in ``warnings`` has its number. The runs of both lines count as missing, and are made again.
 
-    Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
+    Raises OptionError if the folder has runs with another head, OutputError if it cannot be read or written.
     """
 
     def __init__(self, folder: Path, head: Mapping[str, str]) -> None:
         self.path = folder / JOURNAL
-        #: Folders that are made for the journal, the innermost first.
+        #: Folders that did not exist before the journal, innermost first.
         self._folders_made = [path for path in (folder, *folder.parents) if not path.exists()]
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
-            whole = data[: data.rfind(b"\n") + 1]
-            if data and not whole:  # a journal is begun with a whole line
+            complete = data[: data.rfind(b"\n") + 1]
+            if data and not complete:  # the first line of a journal is always complete
                 raise OptionError(f"{self.path}: is no journal of runs: choose another folder")
-            whole = whole or _line(head)
-            if whole != data:
-                write_whole(self.path, whole)
-        self._length_before = len(whole) if data else 0  #: in bytes; 0 if the journal is begun here
-        first, *lines = whole.splitlines()
+            complete = complete or _line(head)
+            if complete != data:
+                write_whole(self.path, complete)
+        #: Length of the file before rows are added, in bytes; 0 if the journal begins here.
+        self._length_before = len(complete) if data else 0
+        first, *lines = complete.splitlines()
         self._refuse_others(first, head)
         self._rows: dict[str, dict[str, Any]] = {}
-        self.warnings: list[dict[str, Any]] = []  #: one record a damaged line
+        self.warnings: list[dict[str, Any]] = []  #: one record for each damaged line
         for number, line in enumerate(lines, start=2):
             try:
                 self._keep(json.loads(line))
@@ -73,10 +78,10 @@ class Journal:
                 self.warnings.append(study_warning(StudyCode.DAMAGED_JOURNAL, sentence, **where))
 
     def _refuse_others(self, first: bytes, head: Mapping[str, str]) -> None:
-        """Raise OptionError if the first line is no head, or that of other runs."""
+        """Raise OptionError if the first line is no head, or the head of other runs."""
         try:
-            found = json.loads(first)
-            changed = [what for what in head if found.get(what) != head[what]]
+            recorded = json.loads(first)
+            changed = [name for name in head if recorded.get(name) != head[name]]
         except (ValueError, AttributeError):
             raise OptionError(f"{self.path}: is no journal of runs: choose another folder") from None
         if changed:
@@ -84,14 +89,15 @@ class Journal:
             raise OptionError(f"{self.path.parent}: holds {others}: choose another folder, or {anew}")
 
     def _keep(self, line: Mapping[str, Any]) -> None:
-        """Keep the run of a line. Raises KeyError or TypeError if the line is damaged."""
+        """Remember the run of a line. Raises KeyError or TypeError if the line is damaged."""
         self._rows[str(line["key"])] = {**line["row"]}
 
     def find(self, key: str) -> dict[str, Any] | None:
+        """Return the row of a run by its key; None if the journal does not have the run."""
         return self._rows.get(key)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
-        """Keep a row; it is on disk when this returns."""
+        """Append a row; it is on disk when the method returns."""
         kept = "; the runs before are kept, and the same command goes on from there"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
@@ -100,12 +106,12 @@ class Journal:
         self._rows[key] = dict(row)
 
     def discard(self) -> None:
-        """Remove the rows that were added here.
+        """Remove the rows that were added by this object.
 
-        A journal that was begun here is removed, with the folders that were made for it.
+        A journal that did not exist before is removed, together with the folders that were made for it.
         """
         self._rows = {}
-        with suppress(OSError):  # a folder that another program has used since stays
+        with suppress(OSError):  # a folder that another program uses is not empty, and stays
             if self._length_before:
                 os.truncate(self.path, self._length_before)
                 return
@@ -115,27 +121,28 @@ class Journal:
 
 
 def digest(content: object) -> str:
-    """Short hash of what decides a row."""
+    """Return a short hash of an object, by its ``repr``."""
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
 def _line(content: Mapping[str, Any]) -> bytes:
+    """Return a dictionary as one line of a journal."""
     return json.dumps(content, ensure_ascii=False).encode() + b"\n"
 
 
 def versions() -> dict[str, str]:
-    """Python's and the packages' versions; "not installed" where there is none."""
-    found = {"python": platform.python_version()}
+    """Return the versions of Python and of the packages that influence answers, "not installed" if none."""
+    versions_by_name = {"python": platform.python_version()}
     for name in _PACKAGES.split():
         try:
-            found[name] = version(name)
+            versions_by_name[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions_by_name[name] = "not installed"
+    return versions_by_name
 
 
 def machine() -> dict[str, str]:
-    """Processor, cores, memory and system."""
+    """Return processor, cores, memory and system of this computer, and the command line of this program."""
     lines: list[str] = []
     with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text().splitlines()
@@ -151,82 +158,88 @@ def machine() -> dict[str, str]:
 
 
 class StudyAnswer(ABC):
-    """The answer of a study."""
+    """Base class of the answers of studies: printed, shown in a notebook, drawn, or written as JSON."""
 
     def facts(self) -> dict[str, str]:
-        """What it found, in words by name."""
+        """Return the findings by label, as printed."""
         return {}
 
     @abstractmethod
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
+        """Return the answer as plain numbers, strings, lists and dictionaries; None if not finite."""
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings as JSON output has them: ``sentence``, ``code`` and the values of the code.
+        """Warnings in the form of JSON output: ``sentence``, ``code`` and the values of the code.
 
-        They name what looks unintended in the scene, or makes the answer doubtful.
+        A warning names an input that looks unintended, or a reason to doubt the answer.
         """
         return []
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings in words, each once."""
+        """Warnings as sentences, each once."""
         return tuple(dict.fromkeys(record["sentence"] for record in self.warning_records))
 
     @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
-        """The table that a notebook shows."""
+        """Table that a notebook shows."""
 
     def plot(self) -> Any:
-        """Draw it. Raises OptionError if there is nothing to draw."""
+        """Return a picture of the answer. Raises OptionError if the study has no picture."""
         raise OptionError("there is nothing to draw")
 
     def __str__(self) -> str:
         return self._said()
 
     def _said(self) -> str:
-        """Return the lines above its tables: facts, then warnings."""
+        """Return the facts and the warnings as printed text, without tables."""
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: facts, a table, a picture."""
+        """Return the HTML of a notebook: facts, a table and a picture."""
         source = ""
-        with suppress(OptionError):  # nothing to draw, or a library for charts is missing
+        with suppress(OptionError):  # the study has no picture, or a library for charts is missing
             source = self._source()
         return notebook_html(self._said(), self.told, source)
 
     def _source(self) -> str:
-        """Its picture, as the address of an image."""
+        """Return the picture as the address of an image in HTML."""
         return str(self.plot().source())
 
     def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
+        """Return ``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
 def records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Rows of a frame as JSON has them: None for what is missing or not finite."""
+    """Return the rows of a frame for JSON; missing and infinite values are None."""
     known = frame.replace([math.inf, -math.inf], math.nan).astype(object)
     return known.where(known.notna(), None).to_dict("records")
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """A frame as a CSV file's text."""
+    """Return a frame as the text of a CSV file."""
     return unsigned(frame).to_csv(index=False, lineterminator="\n")
 
 
 def chart_files(names: Iterable[str]) -> list[str]:
-    """Return the names of the files of some charts: PNG and SVG of each, and the page of all."""
+    """Return the names of the files of charts: PNG and SVG of each chart, and a page with all charts."""
     return [*(f"{name}.{kind}" for name in names for kind in ("png", "svg")), "charts.html"]
 
 
 def in_words(
     frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Some of a frame's columns, or all, as text; a dash for a missing value. Numbers are whole, or in six
-    digits, or as ``formats`` says of their columns."""
+    """Return columns of a frame as text; a missing value is a dash.
+
+    Parameters
+    ----------
+    frame: Table of values.
+    formats: Format strings by column. Other numbers are integers, or have six significant digits.
+    columns: Columns of the result, by default all.
+    """
     formats, shown = formats or {}, map(str, frame) if columns is None else columns
 
     def text(name: str, value: Any) -> str:
@@ -234,10 +247,11 @@ def in_words(
             value = some(value)
         elif pd.isna(value):
             return "–"
-        digits = "{}"
+        default = "{}"
         if isinstance(value, float):
-            value, digits = value + 0.0, "{:.0f}" if value.is_integer() else "{:.6g}"
-        return printable(formats.get(name, digits).format(value))
+            value += 0.0  # a negative zero becomes zero
+            default = "{:.0f}" if value.is_integer() else "{:.6g}"
+        return printable(formats.get(name, default).format(value))
 
     return pd.DataFrame({name: [text(name, value) for value in frame[name]] for name in shown}, dtype=object)
 
@@ -245,7 +259,7 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """A table of a page; ``numbers``: columns that are aligned to the right."""
+    """Return a table for the template of a page; ``numbers`` names the columns that are right-aligned."""
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 
@@ -255,24 +269,29 @@ def frame_table(
     columns: Iterable[str] | None = None,
     **headings: str,
 ) -> dict[str, Any]:
-    """Some of a frame's columns, or all, as a table of a page (see :func:`in_words`), by their names (λ by
-    that letter) or by the headings given."""
+    """Return columns of a frame as a table for the template of a page; see :func:`in_words`.
+
+    The headings of columns are given by keyword. By default they are the names of the columns, and λ for
+    "load_factor".
+    """
     words, headings = in_words(frame, formats, columns), {"load_factor": "λ"} | headings
     numbers = frame.select_dtypes("number").rename(columns=headings)
     return table(map(str, words.rename(columns=headings)), words.to_numpy(), map(str, numbers))
 
 
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
-    """What a notebook shows of a study: words, a table, and a picture by the address of an image."""
-    rows = in_words(frame.head(_SHOWN)).to_html(index=False, border=0) if len(frame) else ""
-    more = f"<div>and {len(frame) - _SHOWN} more rows</div>\n" if len(frame) > _SHOWN else ""
+    """Return the HTML of a notebook: text, the first rows of a table, and a picture by its address."""
+    rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
+    more = f"<div>and {len(frame) - _SHOWN_ROWS} more rows</div>\n" if len(frame) > _SHOWN_ROWS else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
     return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
 
 
 def render(template: str, **values: object) -> str:
-    """A page from a template in ``templates/`` and the values it names, which are escaped. Raises OptionError
-    if Jinja2, of the extra "studies", is not installed."""
+    """Return a page from a template in ``templates/`` and the escaped values of its variables.
+
+    Raises OptionError if Jinja2, of the extra "studies", is not installed.
+    """
     try:
         import jinja2
     except ImportError:

@@ -1,1 +1,1 @@
-"""Sentences, summaries and warnings, made from codes and numbers when somebody asks."""
+"""Sentences, summaries and warnings, written from reason codes and numbers."""

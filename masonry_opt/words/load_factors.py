@@ -1,4 +1,4 @@
-"""The load factors of a result, each with its name and what is known of it: the head of every summary."""
+"""Name the load factors of a result, with a remark on each: the table at the head of every summary."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,11 +14,12 @@ from masonry_opt.words.sentences import by_sides, message, numeral, sentences
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
 LEAST = "least, proven"  #: Name of the load factor of an exact state, if no state is lower.
-FOUND = "found"  #: Name where the state is not exact, or lies above the end of the load history.
+#: Name of the load factor of a state that is not exact, or that lies above the end of the load history.
+FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
-#: Codes of method "global": how far the lowest state is from the bound below it, and what the bound assumes.
+#: Codes of reasons of method "global" that compare the lowest state with the lower bound of all states.
 _BOUNDS = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
@@ -27,17 +28,15 @@ _BOUNDS = (
 #: Remarks on an incremental load factor, by the code of how its load history ended.
 _ENDS = {
     Code.NO_WORK: "collapse in which the live load does no work",
-    Code.LEVEL: "λ stays constant as blocks move on; no exact collapse state confirms it",
-    Code.GROWN: "largest load factor reached in the load history; no exact collapse state confirms it",
-    Code.PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
-    Code.NO_PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
 }
-#: Remark on an incremental load factor whose load history ended as usual.
+#: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
 _LOST = "equilibrium is lost as the live load is raised from rest"
-#: Remark that follows where method "compliant" alone was asked.
-_LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
+#: Remark that follows if the method is "incremental".
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
+#: Remark that follows if another method has no exact state and answers with the load history.
+_NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
 
-#: Meaning of a load factor of each name, in the words that studies of many results print below their numbers.
+#: Meaning of the load factors with each name, which studies of many results print below their numbers.
 _MEANINGS = {
     LOWEST: "exact collapse states, not proven least",
     LEAST: "exact collapse states; proven: no state is lower",
@@ -58,20 +57,23 @@ class LoadFactorLine:
 
     name: str
     load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
-    remark: str  #: what the number is, and what is known of lower ones
+    remark: str  #: kind of state, and remarks on lower load factors
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
-    """Return the known load factors, the method's own first; none of a scene unstable under dead load."""
+    """Return the known load factors, the method's own first.
+
+    There are none for a scene that is unstable under dead load.
+    """
     if result.status is Status.UNSTABLE:
         return ()
-    lines = []
     if result.kind is Kind.ASSOCIATIVE:
         return () if result.load_factor is None else (_own_line(result),)
-    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
+    lines = []
+    if result.load_factor is not None and result.kind is not Kind.INCREMENTAL:
         lines.append(_own_line(result))
     why_not = why_not_incremental(result)
-    if result.expected is not None:
+    if result.incremental is not None:
         lines.append(_incremental_line(result))
     elif why_not and result.load_factor is not None:
         lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
@@ -81,14 +83,19 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
 
 
 def why_not_incremental(result: Outcome) -> str:
-    """Return why there is no incremental load factor; "" if there is one, or the result's reasons say it."""
-    codes = {said.code for said in result.reasons}
-    known = all(said.code in codes for said in result.expected_reasons)
-    return "" if known or result.expected is not None else message(result.expected_reasons, result.method)
+    """Return why there is no incremental load factor, as a sentence.
+
+    The text is empty if there is one, or if the reasons of the result include those of the load history.
+    """
+    codes = {reason.code for reason in result.reasons}
+    known = all(reason.code in codes for reason in result.incremental_reasons)
+    if known or result.incremental is not None:
+        return ""
+    return message(result.incremental_reasons, result.method)
 
 
 def load_factor_table(result: Outcome) -> str:
-    """Return the table as lines of text with a heading; "" if no load factor is known."""
+    """Return the table of load factors as lines of text with a heading; "" if no load factor is known."""
     lines = load_factor_lines(result)
     if not lines:
         return ""
@@ -102,7 +109,10 @@ def load_factor_table(result: Outcome) -> str:
 
 
 def value_text(result: Outcome, line: LoadFactorLine) -> str:
-    """Return a load factor in six digits, with the tilt of the ground where the ground is tilted."""
+    """Return a load factor in six digits, with the tilt of the ground if the ground is tilted.
+
+    If the load factor does not exist, the text is "none".
+    """
     if line.load_factor is None:
         return "none"
     value = factor_text(line.load_factor)
@@ -112,7 +122,7 @@ def value_text(result: Outcome, line: LoadFactorLine) -> str:
 
 
 def factor_text(load_factor: float) -> str:
-    """Return a load factor in six digits, without the digits of a zero that are rounding."""
+    """Return a load factor in six digits; values that are zero but for rounding are written as 0."""
     return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
 
 
@@ -120,7 +130,7 @@ def own_name(result: Outcome) -> str:
     """Return the name of the method's own load factor."""
     if result.kind is Kind.ASSOCIATIVE:
         return ASSOCIATIVE
-    if result.kind is Kind.COMPLIANT:
+    if result.kind is Kind.INCREMENTAL:
         return INCREMENTAL
     if known_least(result):
         return LEAST
@@ -135,22 +145,25 @@ def named_factor(result: Outcome) -> str:
 
 
 def meaning(names: Iterable[str]) -> str:
-    """Return the different names of the load factors of many results, each with what it says."""
+    """Return the different names of the load factors of many results, each with its meaning in brackets."""
     return "; ".join(f"{name} ({_MEANINGS[name]})" for name in dict.fromkeys(names))
 
 
 def certainty(result: Outcome) -> str:
-    """Return what is known of the method's own load factor; "" if there is none."""
+    """Return the remark on the method's own load factor; "" if there is no load factor."""
     return "" if result.load_factor is None else _own_line(result).remark
 
 
 def known_least(result: Outcome) -> str:
-    """Return why no state has a lower load factor than the answer; "" where that is not known."""
+    """Return the proof that no state has a lower load factor than the answer, in words.
+
+    The text is empty if there is no such proof.
+    """
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
         return "exact collapse state; proven: no state is lower"
     if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
         return f"exact collapse state; {_ONLY}"
-    if not _flow_rule_is_associative(result) or result.kind is Kind.COMPLIANT:
+    if not _flow_rule_is_associative(result) or result.kind is Kind.INCREMENTAL:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
@@ -160,13 +173,14 @@ def known_least(result: Outcome) -> str:
 
 
 def friction_law(result: Outcome) -> str:
-    """Return how friction is limited in space."""
+    """Return the friction law in space as words, such as "by the cone" or "unlimited"."""
     if "polygon" in result.friction_law:
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 
 
 def _heading(result: Outcome) -> str:
+    """Return the heading of the table, with the direction in which the ground is tilted, if it is."""
     heading = "load factor λ" if result.load_factor is not None else "other load factors λ"
     tilt = result.assembly.scene.tilt
     if tilt is None:
@@ -190,49 +204,53 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return what an associative load factor says of joints that slide without opening."""
+    """Return the remark on an associative load factor, about joints that slide without opening."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
-    may = (
-        "if joints slide without opening, collapse may come at a lower load factor (method 'mcp' computes it)"
-    )
-    return f"{_UPPER_BOUND}; {may}"
+    lower = "collapse may come at a lower load factor (method 'coulomb' computes it)"
+    return f"{_UPPER_BOUND}; if joints slide without opening, {lower}"
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
     """Return the row of the incremental load factor, which must not be None."""
     remark = _incremental_remark(result)
-    if result.kind is Kind.COMPLIANT:
-        remark = f"{remark}; {_LOWER_MAY_EXIST}"
-    return LoadFactorLine(INCREMENTAL, result.expected, remark)
+    if result.kind is Kind.INCREMENTAL:
+        lower = _LOWER_MAY_EXIST if result.method == "incremental" else _NO_EXACT_STATE
+        remark = f"{remark}; {lower}"
+    return LoadFactorLine(INCREMENTAL, result.incremental, remark)
 
 
 def _incremental_remark(result: Outcome) -> str:
-    """Return how the load history ended, and how much of its largest load is left once blocks move."""
-    state = result.solution.at_expected
+    """Return how the load history ended, and the load factor that remains once the blocks move."""
+    state = result.solution.at_incremental
     assert state is not None
     remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
-    if state.has(Code.NO_PLATEAU):
-        remark += f"; {message([said for said in state.reasons if said.code is Code.NO_PLATEAU])}"
+    if state.has(Code.RANGE):
+        not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
+        remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"
     if state.peak is None:
         return remark
-    left = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"
-    return f"{remark}; {left} is left once the blocks move"
+    remaining = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"
+    return f"{remark}; {remaining} is left once the blocks move"
 
 
 def _coulomb_remark(result: Outcome) -> str:
-    """Return how exact the collapse state is, from how many starts, and what is known of lower states."""
+    """Return the remark on a Coulomb collapse state: its exactness, the starts, and lower states."""
     return "; ".join([state_found(result), *_lower_states(result)])
 
 
 def state_found(result: Outcome) -> str:
-    """Return how exact the collapse state is, and from how many starts it was found."""
+    """Return the exactness of the collapse state, and the number of starts of the search, in words."""
     return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
-    """Return whether the collapse state is exact; else its residuals, or the polygons that limit friction."""
+    """Return the exactness of the collapse state in words.
+
+    For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
+    friction.
+    """
     if result.exact:
         return "exact collapse state"
     residuals = result.certificate.as_dict() if result.certificate else {}
@@ -244,6 +262,7 @@ def _state(result: Outcome) -> str:
 
 
 def _starts(result: Outcome) -> str:
+    """Return the number of starts and of different exact states, to follow a phrase; "" if not known."""
     solution = result.solution
     if solution.starts is None:
         return ""
@@ -254,49 +273,56 @@ def _starts(result: Outcome) -> str:
 
 
 def _lower_states(result: Outcome) -> list[str]:
-    """Return what is proven, searched or known of states below the answer, a phrase each."""
-    known = list(sentences([said for said in result.reasons if said.code in _BOUNDS]))
+    """Return phrases on states below the answer: bounds, searches that were made, and lower states."""
+    phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
     if result.solution.is_only_state:
-        known = [_ONLY]
-    elif not known:
-        few_starts = [said for said in result.reasons if said.code is Code.FEW_STARTS]
-        known = [*sentences(few_starts), _not_proven(result)]
+        phrases = [_ONLY]
+    elif not phrases:
+        few_starts = [reason for reason in result.reasons if reason.code is Code.FEW_STARTS]
+        phrases = [*sentences(few_starts), _not_proven(result)]
     if load_history_ends_lower(result):
-        known.append("the load history ends in a lower state")
+        phrases.append("the load history ends in a lower state")
     if _falls_by_itself(result):
-        known += sentences([said for said in result.reasons if said.code is Code.BELOW_ZERO])
-    return known
+        phrases += sentences([reason for reason in result.reasons if reason.code is Code.BELOW_ZERO])
+    return phrases
 
 
 def _not_proven(result: Outcome) -> str:
+    """Return the phrase for a load factor that is not proven least, with advice on a search."""
     return f"not proven least{search_remark(result, 'lower ones')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return what a search for states of a kind has done or can do, to follow "not proven ..." at once."""
+    """Return a remark on the search for some states, or advice to search, as the end of a phrase.
+
+    ``states`` names the states in the remark, such as "lower ones".
+    """
     if result.solution.interrupted:
         return ": the search was interrupted"
     if result.solution.has(Code.SEARCHED):
         return f": a longer search may find {states}"
     if result.assembly.problem.dilatancy_depends_on_stress:
         return ""
-    return f" (method 'refined' with search=10 looks for {states})"
+    return f" (option search=10 looks for {states})"
 
 
 def load_history_ends_lower(result: Outcome) -> bool:
     """Return True if the load history ends in a state with a lower load factor than the answer."""
-    end = result.expected if result.end is None else result.end
-    if end is None or result.load_factor is None or result.kind is Kind.COMPLIANT:
+    end = result.incremental if result.end is None else result.end
+    if end is None or result.load_factor is None or result.kind is Kind.INCREMENTAL:
         return False
     return end < result.load_factor and not same(end, result.load_factor)
 
 
 def _falls_by_itself(result: Outcome) -> bool:
-    """Return True if the scene needs no live load to fall with the forces of a state besides the answer."""
+    """Return True if another exact state has a load factor that is not above zero.
+
+    With the joint forces of that state, the scene falls without live load.
+    """
     return result.solution.below_zero <= ZERO
 
 
 def _flow_rule_is_associative(result: Outcome) -> bool:
-    """Return True if the joints' own flow rule is the associative one, under which λ is unique."""
+    """Return True if the flow rule of all joints is the associative one, under which λ is unique."""
     problem = result.assembly.problem
     return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress

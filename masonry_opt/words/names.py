@@ -1,18 +1,21 @@
-"""Names of blocks and joints in sentences, and the verbs that go with them."""
+"""Write names of blocks and joints, and verbs that agree with their number, as parts of sentences."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-_NAMED = 5  #: Items of a list that are named; the rest is counted.
-_LABEL = 16  #: Width of the labels of lines.
-WARNING = "warning: "  #: Begins each line that states a warning.
+_MOST_NAMED = 5  #: Largest number of items of a list that are named; the others are counted.
+_LABEL_WIDTH = 16  #: Columns of the labels at the beginning of lines.
+WARNING = "warning: "  #: Beginning of each line that states a warning.
 
 
 def labelled(lines: Mapping[str, object]) -> str:
-    """A line for each label of which something is said, with that; further lines of one under its first."""
-    between = "\n" + " " * (_LABEL + 1)
-    told = {label: str(words).replace("\n", between) for label, words in lines.items() if words}
-    return "\n".join(f"{label:<{_LABEL}} {words}" for label, words in told.items())
+    """Return a line of text for each label; labels without text are left out.
+
+    If the text of a label has several lines, they begin in the same column.
+    """
+    line_break = "\n" + " " * (_LABEL_WIDTH + 1)
+    texts = {label: str(words).replace("\n", line_break) for label, words in lines.items() if words}
+    return "\n".join(f"{label:<{_LABEL_WIDTH}} {words}" for label, words in texts.items())
 
 
 def warning_lines(sentences: Iterable[str]) -> list[str]:
@@ -21,25 +24,31 @@ def warning_lines(sentences: Iterable[str]) -> list[str]:
 
 
 def blocks(names: list[str]) -> str:
+    """Return the names of blocks after the word "block" or "blocks", such as "blocks 'A', 'B'"."""
     return f"{'block' if len(names) == 1 else 'blocks'} {some([repr(name) for name in names])}"
 
 
 def some(names: list[str]) -> str:
-    """The first five, and how many more."""
-    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    """Return the first five names, and the number of the others, as text."""
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return ", ".join(names[:_MOST_NAMED]) + more
 
 
 def pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
-    """The pairs of blocks, each with what is told of it in brackets."""
-    brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
-    return some([f"{a!r}–{b!r}{words}" for (a, b), words in zip(v["pairs"], brackets, strict=True)])
+    """Return the pairs of blocks in the values of a reason, such as "'A'–'B', 'B'–'C'".
+
+    ``told`` has a remark on each pair, which follows the pair in brackets; by default there are no remarks.
+    """
+    brackets = [f" ({remark})" for remark in told] or [""] * len(v["pairs"])
+    return some([f"{a!r}–{b!r}{bracket}" for (a, b), bracket in zip(v["pairs"], brackets, strict=True)])
 
 
 def verb(number: int, word: str) -> str:
-    """A verb as a number of things does it: "1 slides", "2 slide" without the number."""
+    """Return a verb that agrees with a number of subjects: "slides" for 1, else "slide"."""
     ending = "es" if word.endswith(("ch", "sh")) else "s"
     return f"{word}{ending if number == 1 else ''}"
 
 
 def do(v: dict[str, Any], word: str) -> str:
+    """Return the blocks in the values of a reason with a verb, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

@@ -1,4 +1,4 @@
-"""What a page and a notebook say of a result, as HTML."""
+"""Write the text on a result for a page or a notebook, as HTML."""
 
 from html import escape
 
@@ -10,7 +10,7 @@ from masonry_opt.words.names import pairs, verb
 from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
 
-#: What each residual of the certificate is.
+#: Meaning of each residual of the certificate, in the words of the page.
 RESIDUALS = {
     "equilibrium": "forces out of balance, over the dead load",
     "yield": "force beyond friction, compression or rocking, in block weights",
@@ -20,12 +20,12 @@ RESIDUALS = {
 
 
 def text(words: str) -> str:
-    """Words that may stand in HTML, whatever they hold."""
+    """Return text with special characters of HTML escaped, and line breaks as ``<br>``."""
     return escape(printable(words)).replace("\n", "<br>")
 
 
 def headline(result: Outcome) -> str:
-    """Return the method's own load factor with its name, or that there is none, as HTML."""
+    """Return the method's own load factor with its name, or "no load factor", as HTML."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
     tilt = ""
@@ -49,13 +49,16 @@ def answer(result: Outcome) -> str:
     known = {"status": str(result.status)} | facts(result)
     rows = "".join(f"<dt>{text(label)}</dt><dd>{text(words)}</dd>\n" for label, words in known.items())
     warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in sentences(result.warnings))
-    told = f'<ul class="warnings">\n{warnings}</ul>\n' if warnings else ""
+    list_of_warnings = f'<ul class="warnings">\n{warnings}</ul>\n' if warnings else ""
     table = load_factor_rows(result)
-    return f'<p class="load-factor">{headline(result)}</p>\n{table}<dl>\n{rows}</dl>\n{told}'
+    return f'<p class="load-factor">{headline(result)}</p>\n{table}<dl>\n{rows}</dl>\n{list_of_warnings}'
 
 
 def certificate(result: Outcome) -> str:
-    """Residuals as a table; of what has no load factor, what is proven of it."""
+    """Return the residuals of the certificate as a table in HTML.
+
+    For a result without load factor, the text is what is proven of the existence of one, or empty.
+    """
     if result.certificate is None:
         proven = result.infeasibility
         return f"<h2>Existence</h2>\n<p>{text(str(proven.existence))}</p>\n" if proven else ""
@@ -73,13 +76,19 @@ def certificate(result: Outcome) -> str:
 
 
 def described(result: Outcome) -> str:
-    """What was not modelled."""
+    """Return the list of what is not modelled, as HTML; "" if everything is modelled."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Which joints, by their blocks, begin to slide and to open; "" if none does."""
-    begun = {do: joints for do, joints in (("slide", slide), ("open", part)) if joints}
-    said = [f"{pairs({'pairs': of})} {verb(len(of), 'begin')} to {do}" for do, of in begun.items()]
-    return f"{'; '.join(said)} at λ = {numeral(load_factor, '.3g')}" if said else ""
+    """Return which joints begin to slide, and which begin to open, at a load factor; "" if none does.
+
+    ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
+    """
+    phrases = [
+        f"{pairs({'pairs': joints})} {verb(len(joints), 'begin')} to {motion}"
+        for motion, joints in (("slide", slide), ("open", part))
+        if joints
+    ]
+    return f"{'; '.join(phrases)} at λ = {numeral(load_factor, '.3g')}" if phrases else ""

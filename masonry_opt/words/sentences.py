@@ -1,38 +1,54 @@
-"""Sentences from reason codes: the one place that writes how an analysis ended, and what looks unintended.
+"""Write sentences from reason codes: how an analysis ended, and which inputs look unintended.
 
-Sentences that advise another method or option depend on the method that ended, so that no advice is
-impossible or followed already. Reasons without a method get advice that names the method too.
+Advice depends on the method of the analysis: no sentence recommends an option that the method lacks, or the
+method itself. If the method is not known, the advice names one. Longer sentences on inputs are in
+:mod:`~.words.inputs`.
 """
 
 from collections.abc import Callable, Sequence
-from math import inf, radians, tan
+from math import inf
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason, Status
-from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.scene.geometry import set_tolerance
+from masonry_opt.words.inputs import (
+    dilatancy_low,
+    fill_weight_differs,
+    friction_high,
+    small_gaps,
+    strength_differs,
+    weights_differ,
+)
 from masonry_opt.words.names import blocks, do, pairs, verb
 
-_FIXED = 1e10  #: From here on seven decimals are more digits than a double has.
+#: Value from which on numbers have a power of ten instead of decimals. With seven decimals, larger numbers
+#: would show more digits than a double has.
+_LARGEST_WITH_DECIMALS = 1e10
 
-#: Ratio of dead loads from which on they may be why nothing is borne out: it leaves solvers a digit or two.
+#: Ratio of two blocks' dead loads above which the ratio is named as the reason of an undecided result. Such a
+#: ratio leaves the solvers one or two digits.
 _VERY_DIFFERENT = 1e7
 
-#: How joints crush in all programs but the conic ones.
+#: Description of the crushing law in all programs without cones.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
 
 def by_sides(layout: Layout) -> str:
-    """How friction is limited by polygons in space."""
+    """Return the description of the friction law in programs with friction polygons in space."""
     missed = 100 * (1 - layout.factor)
     return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
 
 
-_RESIDUALS = {"work": "work of forces out of balance", "block": "equilibrium of one block"}
-_RESIDUALS |= {"joint": "yield of one joint"}
+#: Names of residuals in sentences, by their keys.
+_RESIDUALS = {
+    "work": "work of forces out of balance",
+    "block": "equilibrium of one block",
+    "joint": "yield of one joint",
+}
 
+#: Descriptions of the joints that a reason lists, by the status of the result.
 _OF_JOINTS = {
     Status.LOCKED: "joints that slide but cannot open as associative flow demands",
     Status.UNLIMITED: "joints that carry the live load",
@@ -42,7 +58,7 @@ _OF_JOINTS = {
 #: Methods whose user chooses the solver.
 _SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
 
-#: Remedies of the loop in words, by the option of the loop that they change.
+#: Descriptions of changes with which the loop runs again, by the option of the loop that changes.
 _REMEDIES = {
     "sub_problems": "sub-problems solved accurately",
     "alpha": "a smaller slope of the shear limits",
@@ -53,7 +69,7 @@ _REMEDIES = {
 
 
 def message(reasons: Sequence[Reason], method: str = "") -> str:
-    """Return how an analysis by a method ended, as one sentence; see :func:`sentences`."""
+    """Return the sentences of :func:`sentences` as one text, with semicolons between them."""
     return "; ".join(sentences(reasons, method))
 
 
@@ -66,36 +82,42 @@ def sentences(reasons: Sequence[Reason], method: str = "") -> tuple[str, ...]:
 
 
 def _sentence(reason: Reason, method: str) -> str:
-    made, values = _SENTENCES[reason.code], {**reason.values, "method": method}
-    return made.format(**values) if isinstance(made, str) else made(values)
+    """Return the sentence of one reason; see :func:`sentences`."""
+    template = _SENTENCES[reason.code]
+    values = {**reason.values, "method": method}
+    return template.format(**values) if isinstance(template, str) else template(values)
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice for the loop; a user of another method is told to take the loop first."""
+    """Return advice for the loop; for other methods, the advice begins with the name of the loop's method."""
     return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
 
 
 def _try_another_solver(v: dict[str, Any]) -> str:
+    """Return the advice to change the solver, or to take a method whose solver can be chosen."""
     if not v["method"] or v["method"] in _SOLVER_IS_CHOSEN:
         return "try another solver"
     return "try method 'nonassociative', whose solver can be chosen"
 
 
 def numeral(value: float, spec: str) -> str:
-    """A number in a format, without a sign if all its digits are zero, and with a power of ten where decimals
-    would show more digits than it has."""
-    if spec.endswith("f") and _FIXED <= abs(value) < inf:
+    """Return a number in a format, such as ".6g", as text.
+
+    A number whose digits are all zero has no sign. Large numbers have a power of ten instead of decimals.
+    """
+    if spec.endswith("f") and _LARGEST_WITH_DECIMALS <= abs(value) < inf:
         spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)
     return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
 
 
 def _slide(v: dict[str, Any]) -> str:
+    """Return a clause on the joints that slide, by name if the names are known."""
     return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
 
 
 def _not_hinging(v: dict[str, Any]) -> str:
-    """Return why no finite motion is followed: joints slide, or λ is not that of the hinging mechanism."""
+    """Return why no finite motion is computed: joints slide, or λ is not that of the hinging mechanism."""
     if v["pairs"]:
         return f"only mechanisms of hinges are followed, and at the onset {_slide(v)}"
     if "turning" in v:
@@ -109,18 +131,20 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
+    """State that joints slide under the dead load, and the friction with which the scene would be stable."""
     slides = _slide(v)
     if v["factor"] is not None:
-        much = f"with all friction at least {rounded_up(v['factor'])} times as high"
+        condition = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
-        much = f"if they could not; even {v['above']:.4g} times the friction is not enough"
+        condition = f"if they could not; even {v['above']:.4g} times the friction is not enough"
     else:
-        much = "with enough friction"
+        condition = "with enough friction"
     hangs = "only the friction of joints that bear nothing from below could hold what hangs,"
-    return f"{slides}: {hangs if v['hangs'] else 'the scene would stand'} {much}"
+    return f"{slides}: {hangs if v['hangs'] else 'the scene would stand'} {condition}"
 
 
 def _states_met(v: dict[str, Any]) -> str:
+    """Return the number of different exact states, and of the starts of the search."""
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
         return f"one exact state was found from {starts}"
@@ -129,16 +153,19 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
+    """State that the dead load is carried by wedging alone, with the load factor and advice."""
     support = f"; support what moves, {blocks(v['blocks'])}" if v["blocks"] else ""
-    found, said = v["load_factor"], ""
-    if found is not None:
-        below = "below zero" if found < 0 else "and from rest there is none"
-        said = f"the load factor found is {numeral(found, '.4g')}, {below}: "
+    load_factor = v["load_factor"]
+    prefix = ""
+    if load_factor is not None:
+        below = "below zero" if load_factor < 0 else "and from rest there is none"
+        prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
     wedging = "the dead load is carried by wedging alone, which the joints' flow rule does not sustain"
-    return f"{said}{wedging}{support}"
+    return f"{prefix}{wedging}{support}"
 
 
 def _undecided(v: dict[str, Any]) -> str:
+    """State that stability under dead load could not be decided, and the inputs to check."""
     undecided = "whether the scene stands under its dead load could not be decided"
     check = f"{_try_another_solver(v)}, or a little more friction"
     if v["ratio"] > _VERY_DIFFERENT:
@@ -146,154 +173,95 @@ def _undecided(v: dict[str, Any]) -> str:
     return f"{undecided}: neither forces nor a mechanism were verified ('{v['word']}'); {check}"
 
 
-def _other_contacts(v: dict[str, Any]) -> str:
-    times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
-    return f"with contacts {times:.2g} times {word} λ changes by {v['change']:.2%}"
-
-
 def _joints_or_points(v: dict[str, Any]) -> str:
+    """Return the number of contact points in space, of joints in the plane, with the noun."""
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
 
 def _ranged(ends: tuple[float, float] | None) -> str:
+    """Return a range of load factors as text, "none" if there is no range."""
     return "none" if ends is None else "–".join(numeral(end, ".4g") for end in ends)
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    left = ", ".join(
+    """State that the certificate does not verify a load factor, with the residuals and advice."""
+    residuals = ", ".join(
         "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
-    found = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
+    not_verified = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
     sizes = "look for weights or lengths of very different size"
-    return f"{found} ({left}): {_try_another_solver(v)}, and {sizes}"
+    return f"{not_verified} ({residuals}): {_try_another_solver(v)}, and {sizes}"
 
 
-def _on_the_way(v: dict[str, Any]) -> str:
-    """Return the largest load factor of a load history, and how far λ fell before it."""
-    said = "" if v["peak"] is None else f"; before that λ was as large as {numeral(v['peak'], '.6g')}"
-    if v["deep_fall"] is not None:
-        load_factor, share = v["deep_fall"]
-        fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.6g')}"
-        said += f"; λ fell {fell}, where the scene may collapse already, and rose again"
-    return said
+def _jumps(v: dict[str, Any]) -> str:
+    """Return the number of jumps of a load history as the end of a phrase; "" if there are none."""
+    return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
 def _repeats(v: dict[str, Any]) -> str:
-    every = counted(v["period"], "sub-problem")
-    repeats = f"the loop repeats itself every {every}, between load factors {_between(v)}"
+    """State that the loop repeats a cycle of sub-problems, and whether the state is exact."""
+    period = counted(v["period"], "sub-problem")
+    repeats = f"the loop repeats itself every {period}, between load factors {_between(v)}"
     if v["exact"]:
         return f"{repeats}, and this state is exact"
     return f"{repeats}: " + _by_loop(v, "lower 'beta'")
 
 
 def _began_again(v: dict[str, Any]) -> str:
+    """State that the loop ran again with other options, and whether a run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run came to an end" if v["in_vain"] else words
 
 
 def _remedy(changed: str) -> str:
-    """Return a changed option of the loop, such as "beta=0.3", in words."""
+    """Return the description of a changed option of the loop, such as "beta=0.3"."""
     option = changed.partition("=")[0]
     return f"{_REMEDIES[option]} ({changed})"
 
 
 def _dilatancy_locks(v: dict[str, Any]) -> str:
+    """State that dilatant joints lock under associative flow, and the method that finds the collapse."""
     locks = (
         "with associative flow, joints that dilate as they slide lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
     )
-    return locks if v["method"] in ("mcp", "refined") else f"{locks}: method 'mcp' looks for their collapse"
+    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for their collapse"
 
 
-def _push_stopped(v: dict[str, Any]) -> str:
+def _undecided_history(v: dict[str, Any]) -> str:
+    """State that the load history led to no collapse state, and other ways to look for one."""
     steps = counted(v["steps"], "step")
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
         ended = f"{ended}, and the loop led to none"
-        searches = v["method"] == "refined"
-        return ended if searches else f"{ended}: method 'refined' with search=10 looks for one"
-    is_history_alone = v["method"] in ("", "compliant")
-    return f"{ended}: method 'mcp' looks for one in other ways" if is_history_alone else ended
+        return ended if v["searched"] else f"{ended}: option search=10 looks for one"
+    is_history_alone = v["method"] in ("", "incremental")
+    return f"{ended}: method 'coulomb' looks for one in other ways" if is_history_alone else ended
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    least, most = (max(v[of], 0.0) + 0.0 for of in ("bound", "load_factor"))  # what is less is rounding
+    """Return the bounds of the least load factor as inequalities."""
+    # Bounds below zero are zero but for rounding. Adding 0.0 removes the sign of a negative zero.
+    least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    imposed = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
-    imposed += ["normal forces up to ten times all loads"] if v["forces"] else []
-    return f"{' and '.join(imposed)}, which had to be assumed"
+    """Return the limits of rates and forces that method "global" assumes."""
+    limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
+    limits += ["normal forces up to ten times all loads"] if v["forces"] else []
+    return f"{' and '.join(limits)}, which had to be assumed"
 
 
 def _between(v: dict[str, Any]) -> str:
+    """Return the lowest and the highest of the load factors among which the loop moves."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
-def _curve(v: dict[str, Any]) -> str:
-    missing = f" ({v['left_out']} more were not found)" if v["left_out"] else ""
-    falls = ", does not fall"
-    if v["peak"] - v["last"] > PLATEAU * v["peak"]:
-        falls = f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
-    return f"λ over displacement, in {counted(v['states'], 'state')}{missing}{falls}"
-
-
-def _grown(v: dict[str, Any]) -> str:
-    ends = "λ stays constant as blocks move on"
-    if v["beyond"] is not None:
-        ends = f"under λ = {numeral(v['beyond'], '.6g')} blocks do not come to rest"
-    return f"the largest load that was carried as it grew, with contacts that remember slip; {ends}"
-
-
-def _rounded(value: float) -> str:
-    """Return a number of three significant digits, such as 18000."""
-    return f"{float(f'{value:.3g}'):g}"
-
-
-def _weights_differ(v: dict[str, Any]) -> str:
-    own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
-    quantity = "weight per area" if v["per_area"] else "unit weight"
-    said = f"the {quantity} of {blocks(v['blocks'])} is {own}"
-    return f"{said}, the median of all blocks is {median}: give weights and lengths in one unit each"
-
-
-def _fill_weight_differs(v: dict[str, Any]) -> str:
-    own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
-    what = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
-    return f"the unit weight of {what} is {own}, that of the {v['beside']} {other}: give both in one unit"
-
-
-def _strength_differs(v: dict[str, Any]) -> str:
-    own, weight = _rounded(v["value"]), _rounded(v["weight"])
-    beside = "all dead loads together" if v["value"] > v["weight"] else "the median weight of a block"
-    said = f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, {beside} {weight}"
-    return f"{said}: give forces and weights in one unit"
-
-
-def _friction_high(v: dict[str, Any]) -> str:
-    angle = v["friction"]
-    meant = f": in degrees? tan {angle:g}° = {tan(radians(angle)):.3f}" if angle < 90 else ""
-    return f"friction {angle:g} of {_where(v)} is more than dry joints have{meant}"
-
-
-def _where(v: dict[str, Any]) -> str:
-    """The joints named, or all those that are not."""
-    return f"joint {pairs(v)}" if v["pairs"] else "[joints]"
-
-
-def _small_gaps(v: dict[str, Any]) -> str:
-    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
-    return (
-        "blocks face each other across a small gap, which carries no force and may change λ a lot: "
-        f"{pairs(v, wide)}; if they should touch, {set_tolerance(v['tolerance'])}, which closes the gaps and "
-        "makes nearly parallel joints parallel"
-    )
-
-
 def _corners_bear(v: dict[str, Any]) -> str:
+    """State that the strength limits no force at corners, and the corners to check by hand."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
     where = f"crushing at {pairs(v)} may cause a collapse that no load causes here"
     if forces:
@@ -302,7 +270,7 @@ def _corners_bear(v: dict[str, Any]) -> str:
     return f"{limits}, so check by hand that these corners do not crush: {where}"
 
 
-#: By code: a text with values in braces, or what makes one of the values.
+#: Sentence of each code: a format string for the values of the reason, or a function of these values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support what falls",
     Code.HANGS: lambda v: f"{do(v, 'hang')}: no joint bears from below",
@@ -373,37 +341,36 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         if v["load_factor"] is None
         else f"the lowest load factor that its own state verifies is {numeral(v['load_factor'], '.6g')}"
     ),
-    Code.PUSH_STOPPED: _push_stopped,
+    Code.UNDECIDED: _undecided_history,
     Code.DILATANCY_FALLS: "not computed, because dilatancy falls with stress: only the loop can follow it",
-    Code.PLATEAU: lambda v: (
-        f"in {counted(v['steps'], 'step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        + _other_contacts(v)
+    Code.COLLAPSE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
+        "collapse state"
     ),
-    Code.NO_PLATEAU: lambda v: (
-        "uncertain: " + ("softer contacts have no state" if v["change"] is None else _other_contacts(v))
+    Code.RANGE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)}: equilibrium is "
+        f"lost between λ = {numeral(v['carried'], '.6g')} and {numeral(v['not_carried'], '.6g')}"
     ),
-    Code.RAY: lambda v: (
-        f"the live load was raised from rest in {counted(v['steps'], 'step')} "
-        f"until displacements grew without limit{_on_the_way(v)}"
+    Code.UNBOUNDED: lambda v: (
+        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
+        f"{counted(v['steps'], 'step')}"
     ),
-    Code.LEVEL: lambda v: (
-        f"the load–displacement curve levels off after {counted(v['steps'], 'step')}: λ is constant while "
-        "the displacement grows tenfold" + _on_the_way(v)
+    Code.NOT_COMPUTED: lambda v: (
+        f"not computed for {_joints_or_points(v)}: method 'incremental' computes it, and takes long"
     ),
-    Code.JAMS: lambda v: (
-        f"no collapse in a load history of {counted(v['steps'], 'step')}: λ keeps growing, as joints press "
-        "ever harder"
+    Code.CURVE: lambda v: (
+        f"load–displacement curve of a growing load, in {counted(v['states'], 'load step')}"
+        + (
+            f"; {counted(v['jumps'], 'jump')} to another equilibrium, under constant load"
+            if v["jumps"]
+            else ""
+        )
     ),
-    Code.NOT_EXPECTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}: method 'compliant' computes it, and takes long"
-    ),
-    Code.CURVE: _curve,
     Code.SPREAD: lambda v: (
         f"incremental λ of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other "
         f"stiffness of contacts, {_ranged(v['stress'])} from other self-stress"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
-    Code.GROWN: _grown,
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
@@ -417,8 +384,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"lower states were searched for from {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
-    Code.NOT_REFINED: "not refined: no exact state was found",
-    Code.NO_TIME: "not refined: the time was over before an exact state was found: raise 'search'",
+    Code.NOT_FOUND: "the search found no exact state",
+    Code.NO_TIME: "the time of the search was over before an exact state was found: raise 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
@@ -439,11 +406,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.BRANCHES: "several motions are possible from here on: blocks have come free",
     Code.STILL_CARRIES: lambda v: f"λ is not at zero after {counted(v['steps'], 'state')}",
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: ask for other states ('steps')",
-    Code.FRICTION_HIGH: _friction_high,
-    Code.DILATANCY_LOW: lambda v: (
-        f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
-        "sliding would close the joint by more than friction resists; is its sign meant?"
-    ),
+    Code.FRICTION_HIGH: friction_high,
+    Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (
         f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move, "
         "and no tie or prop ends there: close the gap if blocks should rest there"
@@ -456,7 +420,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{do(v, 'stand')} {v['distance']:.3g} away from the rest, whose size is {v['size']:.3g}: are the "
         "coordinates in one unit?"
     ),
-    Code.SMALL_GAPS: _small_gaps,
+    Code.SMALL_GAPS: small_gaps,
     Code.ALIGNED: lambda v: (
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or square to others within the "
         f"tolerance, {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
@@ -486,9 +450,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         if v["names"]
         else "axles, which the load case names, are left out, as they move: see 'crossing'"
     ),
-    Code.WEIGHTS_DIFFER: _weights_differ,
-    Code.FILL_WEIGHT_DIFFERS: _fill_weight_differs,
-    Code.STRENGTH_DIFFERS: _strength_differs,
+    Code.WEIGHTS_DIFFER: weights_differ,
+    Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
+    Code.STRENGTH_DIFFERS: strength_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
         f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"

@@ -1,4 +1,4 @@
-"""A result in plain words, and its technical lines: what ``print`` and the command show."""
+"""Write the summary of a result, which ``print`` and the command show, and its technical lines."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -28,16 +28,16 @@ from masonry_opt.words.load_factors import (
 from masonry_opt.words.names import labelled, verb
 from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences
 
-#: Codes that tell what was tried, and nothing of the scene.
+#: Codes of reasons that describe the analysis only, and not the scene.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-_TIES = 4  #: Ties and props that are told of.
+_MOST_TIES = 4  #: Largest number of ties and props that are listed; the others are counted.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:
-    """Return a result in words: its load factors, what moves, its loads, and warnings.
+    """Return the summary of a result: its load factors, moving blocks and joints, loads, and warnings.
 
-    If ``technical``, residuals, programs, solvers and times follow.
+    If ``technical`` is True, residuals, programs, solvers and times are included.
     """
     size = result.size
     numbers = {"block": size.blocks, "joint": size.joints, "contact": size.contacts}
@@ -57,7 +57,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """Return what is known of a result besides its load factors and status, in plain words by labels."""
+    """Return the facts on a result other than its load factors and status, as text by label."""
     known = {
         "why": _why(result),
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
@@ -65,8 +65,8 @@ def facts(result: Outcome) -> dict[str, str]:
         "ties": _ties(result),
         "live load": _live_load(result),
         "fill": "\n".join(of_fills(result.assembly)),
-        "curve": "".join(_said(result, Code.CURVE)),
-        "spread": "".join(_said(result, Code.SPREAD)),
+        "curve": "".join(_sentences_of(result, Code.CURVE)),
+        "spread": "".join(_sentences_of(result, Code.SPREAD)),
         "friction": _friction(result),
         "crushing": _crushing(result),
         "reference": _reference(result),
@@ -75,24 +75,27 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _says_why_not_incremental(result: Outcome) -> bool:
-    """True if a scene without a load factor carries its dead load, so that a load history was computed."""
+    """Return True if a scene without a load factor carries its dead load, so that it has a load history."""
     return result.load_factor is None and result.status is not Status.UNSTABLE
 
 
-def _said(result: Outcome, *codes: Code) -> tuple[str, ...]:
-    """Sentences of the reasons with these codes."""
-    return sentences([said for said in result.reasons if said.code in codes], result.method)
+def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
+    """Return the sentences of the reasons that have one of the codes."""
+    return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
 
 
 def _why(result: Outcome) -> str:
-    """Why there is no load factor, without what was tried; or why there is one without work."""
+    """Return why there is no load factor, or why the live load does no work at the load factor.
+
+    Reasons that describe the analysis only are left out, unless there are no others.
+    """
     if result.status.usable:
-        return "".join(_said(result, Code.NO_WORK))
-    told = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
-    return "\n".join(dict.fromkeys(sentences(told, result.method)))
+        return "".join(_sentences_of(result, Code.NO_WORK))
+    reasons = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
+    return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
 
 
-#: Labels of the motion at a load factor, by the name of the load factor.
+#: Labels of the line on moving blocks and joints, by the name of the load factor.
 _AT = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
@@ -103,15 +106,22 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return how many blocks move and what the joints do, with a label; None if no motion is known."""
+    """Return a label, and the numbers of blocks that move and of joints in each kind of motion, as text.
+
+    The value is None if no motion is known.
+    """
     if result.solution.d is None:
         return None
-    of = joint_motion(result.assembly, result.solution)
+    motions = joint_motion(result.assembly, result.solution)
     moving = len(moving_blocks(result.assembly, result.solution.d))
-    counts = {"slide": of.slides.sum(), "hinge": of.hinges.sum()}
-    counts |= {"open": of.separates.sum(), "crush": of.crushes.sum()}
-    said = [f"{count} {verb(int(count), word)}" for word, count in counts.items() if count]
-    joints = f"; of the joints {', '.join(said)}" if said else ""
+    counts = {
+        "slide": motions.slides.sum(),
+        "hinge": motions.hinges.sum(),
+        "open": motions.separates.sum(),
+        "crush": motions.crushes.sum(),
+    }
+    phrases = [f"{count} {verb(int(count), word)}" for word, count in counts.items() if count]
+    joints = f"; of the joints {', '.join(phrases)}" if phrases else ""
     blocks = f"{moving} of {counted(result.size.blocks, 'block')}"
     if result.load_factor is None:
         return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
@@ -119,7 +129,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return which ties and props yield and what the others carry.
+    """Return which ties and props yield, and the forces that the others carry.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
@@ -128,19 +138,22 @@ def _ties(result: Outcome) -> str:
         return ""
     if result.ties["force"].isna().all():
         return ""
-    told = []
+    phrases = []
     for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
-        does = "yields at" if tie["yields"] else "carries"
-        # Rounding of a solver is no force.
+        predicate = "yields at" if tie["yields"] else "carries"
+        # A force that is zero but for the rounding of a solver is written as zero.
         carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
-        force = "" if np.isnan(carried) else f" {does} {numeral(carried, '.5g')}"
-        told.append(f"{tie['kind']} '{tie['name']}'{force}")
-    more = [f"and {len(told) - _TIES} more"] if len(told) > _TIES else []
-    return "; ".join([*told[:_TIES], *more])
+        force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
+        phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
+    more = [f"and {len(phrases) - _MOST_TIES} more"] if len(phrases) > _MOST_TIES else []
+    return "; ".join([*phrases[:_MOST_TIES], *more])
 
 
 def _live_load(result: Outcome) -> str:
-    """What λ multiplies: multiples of weights, which generators take by the name of forces too, or forces."""
+    """Return the live load, which λ multiplies: a load case, an earthquake, or weights, forces and lines.
+
+    The text is empty if the ground is tilted, or if only the dead load acts on the state of the result.
+    """
     scene = result.assembly.scene
     if scene.tilt or not result.status.live_load_acts:
         return ""
@@ -148,122 +161,145 @@ def _live_load(result: Outcome) -> str:
         return f"case '{scene.load_case.name}': {scene.load_case}"
     if scene.shaken_by is not None:
         return f"earthquake {scene.shaken_by}"
-    said = []
-    if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
-        many = f"{_vector(next(iter(times)))} times" if len(times) == 1 else "multiples of"
+    phrases = []
+    multiples = Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight))
+    if multiples:
+        factor = f"{_vector(next(iter(multiples)))} times" if len(multiples) == 1 else "multiples of"
+        # Generators may give multiples of weights under the old name "live", which is that of forces.
         tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
         given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
-        said.append(f"{many} the weight of {counted(times.total(), 'block')}{given_as}")
-    given: list[tuple[str, object]] = [(block.name, block) for block in scene.blocks]
-    given += [(load.block, load) for load in scene.loads]
-    for kind, of in (("force", "live"), ("moment", "live_moment")):
-        if acted := {name for name, load in given if any(getattr(load, of, None) or ())}:
-            said.append(f"{f'a {kind}' if len(acted) == 1 else f'{kind}s'} on {counted(len(acted), 'block')}")
-    if lines := sum(load.kind == "live" for load in scene.edge_loads):
-        said.append(f"along {counted(lines, 'line')}")
-    return "; ".join(said)
+        phrases.append(f"{factor} the weight of {counted(multiples.total(), 'block')}{given_as}")
+    loads: list[tuple[str, object]] = [(block.name, block) for block in scene.blocks]
+    loads += [(load.block, load) for load in scene.loads]
+    for kind, attribute in (("force", "live"), ("moment", "live_moment")):
+        loaded = {name for name, load in loads if any(getattr(load, attribute, None) or ())}
+        if loaded:
+            noun = f"a {kind}" if len(loaded) == 1 else f"{kind}s"
+            phrases.append(f"{noun} on {counted(len(loaded), 'block')}")
+    lines = sum(load.kind == "live" for load in scene.edge_loads)
+    if lines:
+        phrases.append(f"along {counted(lines, 'line')}")
+    return "; ".join(phrases)
 
 
 def _vector(parts: Iterable[float]) -> str:
+    """Return the components of a vector in square brackets."""
     return f"[{', '.join(f'{part:g}' for part in parts)}]"
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """A line on each fill: edges it touches, what weighs on movable blocks, spread of loads, pressure."""
+    """Yield a line on each fill: edges it touches, weight on movable blocks, spread of loads, pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
         below = [piece for piece in pieces if piece.weight and piece.block in movable]
         weight = scene.thickness * sum(piece.weight for piece in below)
         blocks = counted(len({piece.block for piece in below}), "block")
-        said = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
-        said.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
+        phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
+        phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
         spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
-        said.append("loads go straight down" if fill.spread is False else spread)
+        phrases.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
-            said.append(f"{between}, at rest {at_rest:.4g} σ (K_0), σ its unit weight times depth")
+            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0), σ its unit weight times depth")
         else:
-            said.append("no pressure")
+            phrases.append("no pressure")
         if fill.backing:
             backed = {piece.edge for piece in pieces if piece.zone}
-            said.append(f"its backing touches {counted(len(backed), 'edge')}")
+            phrases.append(f"its backing touches {counted(len(backed), 'edge')}")
         if fill.backing and fill.pressure:
             active, _, passive = fill.zones[1].coefficients
-            said[-1] += f", pressure between {active:.4g} σ and {passive:.4g} σ, σ of both"
+            phrases[-1] += f", pressure between {active:.4g} σ and {passive:.4g} σ, σ of both"
         if fill.pressure and scene.factor_of_pressure != 1:
-            said.append(f"all pressures times {scene.factor_of_pressure:g}, of the load case")
-        yield "; ".join(said)
+            phrases.append(f"all pressures times {scene.factor_of_pressure:g}, of the load case")
+        yield "; ".join(phrases)
 
 
 def _friction(result: Outcome) -> str:
-    """Return which law limits friction in space, and at which points forces act."""
+    """Return the law that limits friction in space, and the points at which forces act; "" in the plane."""
     if result.size.contacts is None:
         return ""
-    unlimited, expected = not len(result.assembly.problem.sliding), result.at_expected
-    said = [friction_law(result)] if unlimited or result.friction_law else []
-    if result.expected is not None and expected and expected.friction_law != result.friction_law:
-        said.append(f"incremental λ {friction_law(expected)}")
+    unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
+    phrases = [friction_law(result)] if unlimited or result.friction_law else []
+    if result.incremental is not None and incremental and incremental.friction_law != result.friction_law:
+        phrases.append(f"incremental λ {friction_law(incremental)}")
     if result.load_factor is not None:
-        said.append("forces act at contacts, the corners of joints")
-    return "; ".join(said)
+        phrases.append("forces act at contacts, the corners of joints")
+    return "; ".join(phrases)
 
 
 def _crushing(result: Outcome) -> str:
-    """By which law joints crush, in the load factor and in what stands beside it."""
+    """Return the laws by which joints crush, for the load factor and for the associative one."""
     if not result.crushing or (result.load_factor is None and result.associative is None):
         return ""
     if result.crushing == "parabola":
         return f"by the parabola itself; all but 'static' and 'kinematic' with Clarabel take {BY_CHORDS}"
-    beside = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ by the same"
-    return f"by {BY_CHORDS}{beside}"
+    associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ by the same"
+    return f"by {BY_CHORDS}{associative}"
 
 
 def _reference(result: Outcome) -> str:
-    """Return the case file's reference value for the method, and how far λ is from it.
+    """Return the case file's reference value for the method, and the relative difference of λ from it.
 
-    For "mcp" this may be the value of the loop: both answer for Coulomb's joints. Without such a value the
-    associative reference value is compared with the associative λ. The text is empty for a load case: a case
-    file does not say of which one its values are.
+    For "coulomb" this may be the value of an MCP or of the loop, because all these methods compute a collapse
+    with Coulomb friction. Without such a value, the associative reference value is compared with the
+    associative λ. The text is empty for a load case, because a case file does not name the load case of its
+    values.
     """
     if result.assembly.scene.load_case is not None:
         return ""
-    names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
+    names = {
+        "static": ["associative"],
+        "kinematic": ["associative"],
+        "coulomb": ["coulomb", "mcp", "nonassociative"],
+    }
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
-    found, of, off = result.load_factor, "", ""
+    load_factor, kind, difference = result.load_factor, "", ""
     if name is None and "associative" in known and result.associative is not None:
-        name, found, of = "associative", result.associative, "associative "
+        name, load_factor, kind = "associative", result.associative, "associative "
     if name is None:
         return ""
     reference = known[name]
-    if found is not None and reference.value:
-        off = f", {of}here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
-    return f"{of}{reference.value} ({reference.source}){off}"
+    if load_factor is not None and reference.value:
+        difference = f", {kind}here {numeral(100 * (load_factor / reference.value - 1), '+.3f')} %"
+    return f"{kind}{reference.value} ({reference.source}){difference}"
 
 
 def _technical(result: Outcome) -> dict[str, str]:
+    """Return the technical lines of a summary, as text by label."""
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
     largest = f"{counted(size.rows or 0, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros"
     return {
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": ": ".join(filter(None, (result.status, message(result.reasons, result.method)))),
+        "steps": "\n".join(log_sentences(result)),
         "range": _range(result),
         "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
         "alignment": _alignment(result),
         "existence": str(result.infeasibility.existence) if result.infeasibility else "",
         "programs": _programs(result),
         "largest program": "" if size.rows is None else largest,
-        "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
+        "solvers": "   ".join(f"{purpose}: {', '.join(names)}" for purpose, names in result.solvers.items()),
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
         "not modelled": "\n".join(left_out(result.assembly)),
     }
 
 
+def log_sentences(result: Outcome) -> Iterator[str]:
+    """Yield a sentence for each step of the method: the load factor after the step, and its time."""
+    for entry in result.solution.log:
+        known = "no load factor yet"
+        if entry.load_factor is not None:
+            known = f"λ = {numeral(entry.load_factor, '.6g')}"
+        states = f", {counted(entry.exact_states, 'exact state')}" if entry.exact_states else ""
+        yield f"{entry.step}: {known}{states} ({entry.seconds:.2f} s)"
+
+
 def _alignment(result: Outcome) -> str:
-    """Return by how much contacts were aligned within the accuracy of the drawing; "" where they were not."""
+    """Return the largest movements of joints by the alignment; "" if the alignment moved no joint."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     moved = f"joints turned by up to {result.largest_turn:.1e} rad, contact points moved by up to"
@@ -271,7 +307,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Between what the least load factor lies, where more is known than the answer itself."""
+    """Return the bounds of the least load factor; "" if no more than the answer is known."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -280,19 +316,20 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
+    """Return the numbers of programs solved and of solver iterations, or of load steps without programs."""
     if not result.lp_solves and not result.nlp_solves:
-        return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
+        return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     cones = "" if result.size.contacts is None else " or of cones"
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:
-    """What a scene did not need, each with its reason."""
+    """Return phrases on what is not modelled because the scene does not need it, each with the reason."""
     problem, joints = assembly.problem, assembly.joints
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
-    found = {
+    counts = {
         f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
         f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves": joints.fixed_pairs,
     }
-    return tuple(said for said, number in found.items() if number)
+    return tuple(phrase for phrase, number in counts.items() if number)

@@ -1,4 +1,4 @@
-"""Results as text for a terminal."""
+"""Print results, warnings and tables on a terminal."""
 
 import io
 import math
@@ -20,19 +20,22 @@ from masonry_opt.words.names import WARNING, warning_lines
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Columns shown as small numbers.
+#: Columns of tables whose values are shown with two significant digits and a power of ten.
 _RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
 
 #: A row of the table of load factors: two spaces, then a name. Continuation lines have more spaces.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
-#: Where results are printed while standard output is kept for them; else standard output.
+#: Stream to which results are printed while standard output is redirected; None stands for standard output.
 _results: TextIO | None = None
 
 
 @contextmanager
 def results_alone() -> Iterator[None]:
-    """Keep standard output for what is printed below: all else, as by solvers, goes to standard error."""
+    """Reserve standard output for the functions of this module; all other output goes to standard error.
+
+    Other output is that of solvers, for example.
+    """
     global _results
     _results = sys.stdout
     try:
@@ -43,7 +46,10 @@ def results_alone() -> Iterator[None]:
 
 
 def print_text(text: str) -> None:
-    """Print text at once; OutputError if the disk is full, ReaderGoneError if the output is closed."""
+    """Print text on standard output, without delay.
+
+    Raises ReaderGoneError if the output is closed, and OutputError if it cannot be written.
+    """
     with _printing():
         print(text, file=_results, flush=True)
 
@@ -51,8 +57,8 @@ def print_text(text: str) -> None:
 def print_result(text: str, bold_line: int | None = 1) -> None:
     """Print the lines of a result, and the lines of its warnings on standard error.
 
-    On a terminal load factors are bold and warnings yellow. ``bold_line`` is the number of a line that stands
-    out too, counted from 0; None if there is none.
+    On a terminal, load factors are bold and warnings are yellow. ``bold_line`` is the number of another line
+    that is bold, counted from 0; None if there is none.
     """
     lines = text.split("\n")
     results = [line for line in lines if not line.startswith(WARNING)]
@@ -75,7 +81,7 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
-    """Print warnings on standard error, on a terminal in yellow."""
+    """Print warnings on standard error; on a terminal they are yellow."""
     console = Console(stderr=True)
     for line in warning_lines(sentences):
         console.print(printable(line), markup=False, highlight=False, soft_wrap=True, style="bold yellow")
@@ -83,27 +89,33 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """On a terminal show a line with the time since it began, until the end; yield what changes it."""
+    """Show a line with the elapsed time on a terminal, and yield a function that changes its text.
+
+    The line is removed at the end. If the console is no terminal, nothing is shown.
+    """
     if not console.is_terminal:
         yield lambda _: None
         return
     # On a narrow terminal the line is cut, not broken.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
     columns = SpinnerColumn(), TimeElapsedColumn(), text
-    with Progress(*columns, console=console, transient=True, expand=True) as shown:
-        task = shown.add_task(line, total=None)
-        yield lambda line: shown.update(task, description=line)
+    with Progress(*columns, console=console, transient=True, expand=True) as progress:
+        task = progress.add_task(line, total=None)
+        yield lambda line: progress.update(task, description=line)
 
 
 def left_by(step: object) -> str:
-    """Residuals and seconds of a step of a method, as far as it has any: ", mismatch 4.2e-02, 16.4 s"."""
-    left = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
-    return "".join([*left, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if left else ""
+    """Return the residuals and the seconds of a step of a method, such as ", mismatch 4.2e-02, 16.4 s".
+
+    The text is empty for a step without residuals.
+    """
+    residuals = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
+    return "".join([*residuals, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if residuals else ""
 
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Turn errors of printing into those of this package."""
+    """Convert errors of printing to ReaderGoneError and OutputError."""
     try:
         yield
     except BrokenPipeError:
@@ -113,7 +125,7 @@ def _printing() -> Iterator[None]:
 
 
 def frame_text(frame: "pd.DataFrame", title: str) -> str:
-    """A frame as a table with a title."""
+    """Return a pandas frame as a table with a title."""
     from pandas.api.types import is_numeric_dtype
 
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
@@ -122,15 +134,16 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
         table.add_row(*(_cell(str(column), value) for column, value in record.items()))
-    # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
+    # The width is fixed, so that a table in a pipe or a file looks as on a terminal.
     text = io.StringIO()
     Console(file=text, width=150).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
 def _cell(column: str, value: object) -> str:
-    """Return a value as tables show it; the name of its column decides how many digits matter."""
-    # The list of commands imports this module, and sentences import the problem with much of SciPy.
+    """Return a value as text for a table; the name of its column determines the number of digits."""
+    # The module of sentences imports the problem with much of SciPy, which takes long. The list of commands,
+    # which imports this module, must not wait for it.
     from masonry_opt.words.sentences import numeral
 
     if not isinstance(value, float):

@@ -38,10 +38,18 @@ def test_two_blocks_by_hand(none):
         assert least * (1 - 1e-3) <= result.load_factor <= 0.25 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("method", ["mpec", "refined", "global"])
+@pytest.mark.parametrize("method", ["mpec", "global"])
 def test_methods_with_fixed_dilatancy_refuse_it(method):
     with pytest.raises(mo.OptionError, match=f"'{method}'.*'nonassociative'"):
         solved(with_law(two_blocks(), 0.1, 0.2), method)
+
+
+def test_a_search_refuses_it():
+    """The loop solves such a scene; a search has fixed dilatancy."""
+    scene = with_law(two_blocks(), 0.1, 0.2)
+    with pytest.raises(mo.OptionError, match=r"'search'.*'dilatancy_stress'"):
+        solved(scene, "coulomb", search=1.0)
+    assert solved(scene, "coulomb").load_factor == solved(scene, "nonassociative").load_factor
 
 
 @pytest.mark.parametrize("stresses", [(2.0, 1.0), (1.0, 1.0)])

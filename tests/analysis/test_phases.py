@@ -34,12 +34,11 @@ def test_each_sub_problem_is_told_before_it_is_solved():
     assert order[-1] == "exact forces"
 
 
-def test_a_push_and_what_follows_it():
-    assert phases_of(WALLS[0], "mcp")[1] == [
+def test_a_load_history_and_what_follows_it():
+    assert phases_of(WALLS[0], "coulomb")[1] == [
         *FIRST,
         "incremental analysis",
-        "pushed from rest",
-        "method 'mcp'",
+        "method 'coulomb'",
         "exact states nearby",
         "lower states, start 1",
         "associative load factor",
@@ -93,11 +92,11 @@ def test_nothing_is_shown_in_a_pipe_or_quietly(command, how):
 ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
 #: Arguments of commands that may take long, and a part of a line that they show.
 LONG = {
-    "capacity": (("case.toml",), "capacity: load history, step"),
+    "capacity": (("case.toml",), "capacity: load step"),
     "check": (("case.toml",), "static and kinematic"),
     "compare": (("case.toml", "--out", "out", "--repeats", "1", "--methods", "static", *ONE_PAIR), "static"),
     "crossing": (("axles.toml", "--method", "static"), "crossing: first axle at"),
-    "directions": (("case.toml",), "directions: to the right: method 'mcp'"),
+    "directions": (("case.toml",), "directions: to the right: method 'coulomb'"),
     "export": (("solid.toml", "a.obj", "--method", "static"), "export: method 'static'"),
     "least": (("case.toml", "--vary", "joints.friction=0.1:0.4", "--load", "0.3"), "holds"),
     "settle": (("case.toml", "--support", "floor", "--direction", "0,-1"), "settle: reaction at rest"),
@@ -125,7 +124,7 @@ def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path
 
 
 def test_further_starts_are_counted():
-    """Of two blocks: the search for lower states takes many starts, and says which."""
-    told = phases_of(TWO_BLOCKS, "mcp")[1]
+    """The search for lower states of two blocks takes many starts, and names each as it begins."""
+    told = phases_of(TWO_BLOCKS, "coulomb")[1]
     starts = [phase for phase in told if phase.startswith("lower states, start ")]
     assert starts[:2] == ["lower states, start 1", "lower states, start 2"]

@@ -243,7 +243,7 @@ def test_an_interrupt_ends_the_search(monkeypatch):
 
 def test_the_search_lowers_a_known_state_and_proves_the_lower_one():
     scene = mo.load(FOLDER / "wall_13_joints.toml")
-    high = mo.solve(scene, expected=False)
+    high = mo.solve(scene, incremental=False)
     found = prove_least(Task(assemble(scene).problem), high.solution.answer, SECONDS)
     assert found.proof is not None
     assert found.best is not None

@@ -17,28 +17,28 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 EXACT = 1e-8
 
 
-def test_refined_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
+def test_a_search_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
     path = WALLS[0]
-    loop, refined = solved(path, "nonassociative"), solved(path, "refined")
-    assert refined.load_factor <= 0.638983
-    assert refined.status is mo.Status.CONVERGED
-    assert refined.certificate.worst < EXACT
-    assert refined.stationary
-    assert refined.load_factor <= loop.load_factor + 1e-7
-    assert refined.load_factor <= solved(path, "static").load_factor
+    loop, searched = solved(path, "nonassociative"), solved(path, "coulomb", search=0.5)
+    assert searched.load_factor <= 0.638983
+    assert searched.status is mo.Status.CONVERGED
+    assert searched.certificate.worst < EXACT
+    assert searched.stationary
+    assert searched.load_factor <= loop.load_factor + 1e-7
+    assert searched.load_factor <= solved(path, "static").load_factor
 
 
-def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
+def test_a_search_from_a_result_handed_in_counts_only_its_own_solves():
     loop = solved(WALLS[0], "nonassociative")
-    refined = mo.solve(WALLS[0], "refined", start=loop)
-    assert refined.load_factor <= loop.load_factor + 1e-7
-    assert refined.history["origin"].iloc[0] == "start"
-    others = {"dead load": ["newton"], "incremental analysis": ["newton"], "associative": ["clarabel"]}
-    assert refined.solvers == others | {"refinement": ["highs"]}
+    searched = mo.solve(WALLS[0], "coulomb", start=loop)
+    assert searched.load_factor <= loop.load_factor + 1e-7
+    assert searched.history["origin"].iloc[0] == "start"
+    others = {"dead load": ["newton"], "incremental analysis": ["newton"], "associative": ["highs"]}
+    assert searched.solvers == others | {"refinement": ["highs"]}
     no_forces = solved(pressed_down())
     for scene, start in ((WALLS[1], loop), (WALLS[0], "mpec"), (pressed_down(), no_forces)):
         with pytest.raises(mo.OptionError, match="'start'"):
-            mo.solve(scene, "refined", start=start)
+            mo.solve(scene, "coulomb", start=start)
 
 
 @pytest.mark.slow
@@ -52,9 +52,9 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
     steps = mpec.history
     assert (steps["largest_product"] <= steps["epsilon"] * 1.001 + 1e-12).all()
     assert steps["epsilon"].is_monotonic_decreasing
-    refined = mo.solve(scene, "refined", start=mpec)
-    assert refined.load_factor <= mpec.load_factor + 1e-7
-    assert refined.nlp_solves == 0
+    searched = mo.solve(scene, "coulomb", start=mpec)
+    assert searched.load_factor <= mpec.load_factor + 1e-7
+    assert searched.nlp_solves == 0
 
 
 @pytest.mark.slow
@@ -79,14 +79,15 @@ def test_the_mpec_ends_at_closed_forms_of_coulomb_friction(path):
 
 def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(failing):
     failing("highs")
-    of_pass, result = mo.solve(WALLS[0], "mcp"), mo.solve(WALLS[0], "refined")
+    of_pass = mo.solve(WALLS[0], "coulomb")
+    result = mo.solve(WALLS[0], "coulomb", start=of_pass)
     assert result.load_factor == of_pass.load_factor
     assert result.kind is of_pass.kind
-    assert values_of(result, Code.NOT_REFINED) == {}
+    assert values_of(result, Code.NOT_FOUND) == {}
     assert result.stationary is None
 
 
-@pytest.mark.parametrize("method", ["mpec", "refined"])
+@pytest.mark.parametrize("method", ["mpec", "coulomb"])
 @pytest.mark.parametrize(
     ("friction", "joints"),
     [(0.65, {"cohesion": 0.05}), (0.65, {"dilatancy": 0.1}), (float("inf"), {})],
@@ -96,7 +97,7 @@ def test_joints_of_every_kind(friction, joints, method):
     """The answer meets its own flow rule, and lies at or below the associative bound."""
     scene = small_wall(3, 2, friction, **joints)
     result = solved(scene, method)
-    assert result.certificate.worst < (EXACT if method == "refined" else 1e-6)
+    assert result.certificate.worst < (EXACT if method == "coulomb" else 1e-6)
     assert result.load_factor <= solved(scene, "static").load_factor + 1e-6
 
 
@@ -105,33 +106,33 @@ def test_a_state_with_residuals_is_not_called_exact():
     scene = small_wall(4, 3, 0.3, dilatancy=-0.2)
     rough = solved(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
-    result = mo.solve(scene, "refined", start=rough)
-    assert values_of(result, Code.NOT_REFINED) == {}
+    result = mo.solve(scene, "coulomb", start=rough)
+    assert values_of(result, Code.NOT_FOUND) == {}
     assert not result.exact
     assert result.load_factor == rough.load_factor
 
 
 def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
     """The bottom course slides at λ = μ without opening: where it moves as a whole, no joint contracts."""
-    result = solved(small_wall(4, 3, 0.3, dilatancy=-0.05), "refined")
+    result = solved(small_wall(4, 3, 0.3, dilatancy=-0.05), "coulomb")
     assert result.exact
     assert result.kind is Kind.EXACT
     assert result.load_factor == pytest.approx(0.3, rel=1e-9)
     assert result.certificate.worst < EXACT
 
 
-def refined_from_more_friction(number, more):
-    """Wall of that number, refined from the loop's state on the same wall with so much more friction."""
+def searched_from_more_friction(number, more):
+    """Return the result of a search on a wall, from the loop's state with ``more`` times the friction."""
     wall = mo.load(WALLS[number - 1])
     stiffer = wall.model_copy(update={"joints": mo.JointDefaults(friction=more * 0.65)})
-    return mo.solve(wall, "refined", start=mo.solve(stiffer, "nonassociative"))
+    return mo.solve(wall, "coulomb", start=mo.solve(stiffer, "nonassociative"))
 
 
 @pytest.mark.slow
 def test_a_start_without_exact_statics_is_repaired(watched):
     """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
     asked = watched(Refiner, "_forces_at")
-    result = refined_from_more_friction(2, 1.2)
+    result = searched_from_more_friction(2, 1.2)
     # Those of least energy with no face held at yield.
     assert any(len(given) == 3 for given in asked)
     assert result.certificate.worst < EXACT

@@ -11,7 +11,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.search import Met, Search
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
 
 #: What "exact" means: every part of the certificate.
@@ -29,8 +29,8 @@ def visited(result):
 def test_a_search_ends_where_it_was_to_come():
     """Wall 5's first state is at 0.20863, its second below 0.208: the search looks no further than the first
     that will do, however long it might."""
-    first = mo.solve(WALL_5, "refined", search=600.0, until=0.209)
-    second = mo.solve(WALL_5, "refined", search=600.0, until=0.208)
+    first = mo.solve(WALL_5, "coulomb", search=600.0, until=0.209)
+    second = mo.solve(WALL_5, "coulomb", search=600.0, until=0.208)
     assert len(first.history) == 1
     assert first.load_factor > 0.208
     assert (second.history["load_factor"].iloc[:-1] > 0.208).all()
@@ -39,7 +39,7 @@ def test_a_search_ends_where_it_was_to_come():
 
 
 def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
-    long, short = (mo.solve(small_wall(), "refined", search=seconds, seed=3) for seconds in (0.4, 0.2))
+    long, short = (mo.solve(small_wall(), "coulomb", search=seconds, seed=3) for seconds in (0.4, 0.2))
     common = min(len(long.history), len(short.history))
     assert visited(long)[:common] == visited(short)[:common]
     assert long.load_factor <= short.load_factor
@@ -47,11 +47,11 @@ def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
 
 def test_a_search_stopped_at_any_time_has_a_whole_answer():
     seconds = 0.02
-    result = mo.solve(small_wall(), "refined", search=seconds)
+    result = mo.solve(small_wall(), "coulomb", search=seconds)
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
-    # The push, models, and the program in hand when time was up.
+    # The load history, models, and the program in hand when time was up.
     assert sum(result.seconds.values()) < seconds + 5
 
 
@@ -63,7 +63,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     """Two rounds of the search: what is tried leads to exact states, of each kind at least once."""
     problem = assemble(small_wall(3, 2, **{"friction": 0.5} | joints)).problem
-    search = Search(Refiner(problem, Effort()), Elastic(problem), Met())
+    search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), Met())
     tried = list(islice(search.endless(None, 0), 24))
     assert {origin for origin, state in tried if state} == {origin for origin, _ in tried}
     assert max(state.answer.certificate.worst for _, state in tried if state) < EXACT

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from atlas.small_scenes import bonded
+from contact_dynamics import FallsUnderItsWeight, collapse_load
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
@@ -17,7 +18,7 @@ from masonry_opt.scene.contacts.alignment import AlignedContacts
 
 
 def test_the_default_ends_low_where_states_are_far_apart():
-    """The state that the push's own forces lead to is 4.4 times the lowest that searches of seconds find."""
+    """The forces of the load history lead to 4.4 times the lowest state that searches of seconds find."""
     result = solved(random_scene("wall", 50037))
     assert result.exact
     assert result.load_factor == pytest.approx(1.84001, rel=1e-4)
@@ -72,12 +73,16 @@ def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
 
 
 @pytest.mark.slow
-def test_further_starts_answer_where_no_push_ends():
-    result = solved(random_scene("tessellation", 200030))
-    assert result.exact
-    assert result.expected is None
-    assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
-    assert result.load_factor < result.associative
+def test_a_scene_that_does_not_come_to_rest_has_no_load_factor():
+    """Explicit dynamics bring it down under its dead load too, with both dampings.
+
+    It has an exact state all the same, at 14.67262, with forces that it does not reach from rest.
+    """
+    scene = random_scene("tessellation", 200030)
+    result = solved(scene)
+    assert (result.status, result.load_factor) == (mo.Status.UNSTABLE, None)
+    with pytest.raises(FallsUnderItsWeight):
+        collapse_load(scene, 1.0)
 
 
 @pytest.fixture
@@ -92,44 +97,58 @@ def as_drawn(monkeypatch):
 
 
 def test_corners_moved_by_rounding_leave_no_trace():
-    """Contacts of the copies are aligned: λ of the exact wall in seven digits, and a ray as there."""
+    """Contacts of the copies are aligned: λ of the exact wall in seven digits.
+
+    The incremental load factor agrees in six digits: where slip is remembered, the 1e-8 that weights and
+    centroids of the copies are off grow along the load history.
+    """
     scene = random_scene("wall", 710_040)
-    exact, *copies = (solved(of, expected=True) for of in (scene, moved(scene, 3), moved(scene, 4)))
+    exact, *copies = (solved(of, incremental=True) for of in (scene, moved(scene, 3), moved(scene, 4)))
     for copy in copies:
         assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-7)
-        assert copy.expected == pytest.approx(exact.expected, rel=1e-7)
-        assert values_of(copy.at_expected, Code.RAY) is not None
+        assert copy.incremental == pytest.approx(exact.incremental, rel=2e-6)
+        assert values_of(copy.at_incremental, Code.COLLAPSE) is not None
 
 
-def test_joints_askew_by_rounding_leave_the_load_to_expect(as_drawn):
-    """Beds of this copy are askew so that λ grows by 1e-9 a motion: it is 4.645 for four decades and would be
-    7.796 in the end."""
+def test_joints_askew_by_rounding_leave_the_incremental_load_factor(as_drawn):
+    """Beds of this copy are askew so that λ grows by 1e-9 a motion.
+
+    Far along the motion the joints jam, and λ would be 7.796.
+    """
     scene = random_scene("wall", 710_040)
-    exact, askew = solved(scene, "compliant"), solved(moved(scene, 3), "compliant")
-    assert values_of(exact, Code.RAY) is not None
-    assert values_of(askew, Code.LEVEL)["steps"] == len(askew.history)
-    assert askew.expected == pytest.approx(exact.expected, rel=1e-3)
+    exact, askew = solved(scene, "incremental"), solved(moved(scene, 3), "incremental")
+    assert values_of(exact, Code.COLLAPSE) is not None
+    assert askew.incremental == pytest.approx(exact.incremental, rel=1e-3)
 
 
-def test_a_higher_load_on_the_way_to_where_it_stays_is_the_one_to_expect(as_drawn):
+def test_joints_askew_by_rounding_leave_a_load_that_falls(as_drawn):
+    """Blocks move on under a lower load than the largest, in both copies."""
     scene = random_scene("wall", 720_037)
-    ray, level = (solved(moved(scene, copy), "compliant") for copy in (3, 5))
-    assert [result.expected_reasons[0].code for result in (ray, level)] == [Code.RAY, Code.LEVEL]
-    assert (level.end, level.expected) == pytest.approx((ray.end, ray.expected), rel=1e-3)
-    assert level.end < 0.97 * level.expected
+    one, other = (solved(moved(scene, copy), "incremental") for copy in (3, 5))
+    assert one.incremental == pytest.approx(other.incremental, rel=1e-3)
+    assert one.solution.load_factor < 0.98 * one.incremental
+
+
+#: Wall whose load history carries more than 10⁴ mean contact forces, where it is given up: statics carry any.
+CARRIES_MUCH = 700_005
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(700_000, 700_008), 710_022, 710_027, 710_028])
 def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
     """Seeds that played no part in choosing what breaks ties. Of 50 walls in ten copies one differs."""
-    results = [solved(moved(random_scene("wall", seed), copy), expected=True) for copy in range(3)]
+    results = [solved(moved(random_scene("wall", seed), copy), incremental=True) for copy in range(3)]
     assert len({result.status for result in results}) == 1
-    assert {result.expected_reasons[0].code for result in results} <= {Code.RAY, Code.LEVEL, Code.JAMS}
-    if results[0].load_factor is not None:
-        found, expected = ([getattr(of, name) for of in results] for name in ("load_factor", "expected"))
-        assert max(found) / min(found) - 1 < 1e-6
-        assert max(expected) / min(expected) - 1 < 1e-3
+    ends = {result.incremental_reasons[0].code for result in results}
+    if seed == CARRIES_MUCH:
+        assert ends == {Code.UNDECIDED}
+    else:
+        assert ends <= {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
+    # The loop answers for the wall that carries much, and its states are exact to its own tolerance.
+    for name, apart in (("load_factor", 1e-6 if results[0].exact else 1e-5), ("incremental", 1e-3)):
+        found = [getattr(result, name) for result in results]
+        if found[0] is not None:
+            assert max(found) / min(found) - 1 < apart
 
 
 @pytest.mark.slow
@@ -142,7 +161,7 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
                 continue
             found = solved(scene)
-            lowest = mo.solve(scene, "refined", search=1).load_factor
+            lowest = mo.solve(scene, "coulomb", search=1).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)
     assert len(above) > 12

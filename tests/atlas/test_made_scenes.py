@@ -31,7 +31,7 @@ CONFINED, REFUSED = {"associative": Status.LOCKED, "Coulomb": "answer"}, {"assoc
     [
         (CONFINED, "static", [Status.LOCKED, Status.UNLIMITED, "answer"], [NAMED, WRONG, WRONG]),
         (CONFINED, "static", [Status.SOLVER_FAILED], [FAILED]),
-        (CONFINED, "refined", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
+        (CONFINED, "coulomb", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
         (REFUSED, "static", ["refused", "answer"], [NAMED, WRONG]),
     ],
 )
@@ -50,7 +50,7 @@ def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
     spec = importlib.util.spec_from_file_location("verdicts", CASES.parent / "benchmarks" / "verdicts.py")
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)
-    asked = ["--no-atlas", "--random", "1", "--stones", "20", "--methods", "mcp", "--out", str(tmp_path)]
+    asked = ["--no-atlas", "--random", "1", "--stones", "20", "--methods", "coulomb", "--out", str(tmp_path)]
     comparison = benchmark.verdicts(benchmark.arguments(asked))
     large = {f"large/{family}_20_0" for family in LARGE}
     assert set(comparison.results["scene"]) == {"random/wall_0", *large}

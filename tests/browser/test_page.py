@@ -11,10 +11,11 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.keys import Keys
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest, yielded_on
+from masonry_opt.answer.motion import fastest
 from masonry_opt.drawing.elements import result_elements
+from masonry_opt.drawing.keyframes import keyframes_of
 from masonry_opt.drawing.marks import moved
-from masonry_opt.drawing.page import way_motions, way_of
+from masonry_opt.drawing.page import HISTORY, motions_of
 from masonry_opt.drawing.svg import SIDE, Canvas
 
 pytestmark = pytest.mark.slow
@@ -69,21 +70,27 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
             assert moved == pytest.approx(expected * [1, -1], abs=2.0)
 
 
-def test_keys_move_along_the_push_and_the_mechanism_comes_back(page, result):
-    """Blocks are where keyframes have them, joints that have yielded are marked, so is the curve."""
+def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, result):
+    """Blocks are drawn as at each keyframe; joints that have slid or are open, and the curve, are marked."""
     tall = page.execute_script("return document.documentElement.scrollHeight")
-    elements, way = result_elements(result), way_of(result)
+    elements, frames = result_elements(result), keyframes_of(result)
     canvas = Canvas(elements, elements.all_marks)
-    motions, moves = canvas.motions(way_motions(result, way)), yielded_on(result.assembly, way)
-    slider, moving = found(page, "#pushed"), fastest_block(result)
+    motions = canvas.motions(motions_of(result, frames))
+    moves = np.stack([frames.has_slid, frames.is_open], axis=1)
+    slider, moving = found(page, "#loaded"), fastest_block(result)
     assert all(control.accessible_name for control in page.find_elements("css selector", "input"))
     before = transform(page, moving)
-    told = set()
-    for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, 59), (Keys.ARROW_LEFT, 58), (Keys.PAGE_DOWN, None)):
+    told, last = set(), len(frames.d) - 1
+    for key, at in (
+        (Keys.ARROW_RIGHT, 1),
+        (Keys.END, last),
+        (Keys.ARROW_LEFT, last - 1),
+        (Keys.PAGE_DOWN, None),
+    ):
         slider.send_keys(key)
         at = int(slider.get_property("value")) if at is None else at
         assert int(slider.get_property("value")) == at
-        assert found(page, "main").get_attribute("data-show") == "push"
+        assert found(page, "main").get_attribute("data-show") == HISTORY
         for row, block in enumerate(result.assembly.movable):
             vx, vy, omega = motions[at, row]
             expected = [[1, -omega, vx], [omega, 1, vy]]
@@ -91,7 +98,7 @@ def test_keys_move_along_the_push_and_the_mechanism_comes_back(page, result):
         lines = [len(page.find_elements("css selector", f".yielded g:nth-child({k}) path")) for k in (1, 2)]
         assert lines == moves[at].sum(axis=1).tolist()
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
-        assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
+        assert float(numbers[0]) == pytest.approx(frames.load_factor[at], rel=1e-3)
         assert [int(number) for number in numbers[2:]] == lines
         told.add(found(page, "#event").text)
         curve = page.execute_script("return document.querySelector('.chart polyline').getAttribute('points')")

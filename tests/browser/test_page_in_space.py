@@ -12,10 +12,10 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import yielded_on
 from masonry_opt.drawing.elements import result_elements
+from masonry_opt.drawing.keyframes import keyframes_of
 from masonry_opt.drawing.marks import moved
-from masonry_opt.drawing.page import way_motions, way_of
+from masonry_opt.drawing.page import motions_of
 from masonry_opt.drawing.solids import axes_of
 
 pytestmark = pytest.mark.slow
@@ -102,27 +102,27 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
 
 
 @pytest.fixture(scope="module")
-def pushed(tmp_path_factory):
-    """A corner wall's result by the default method, with its push, and the file of its page."""
+def loaded(tmp_path_factory):
+    """Return a corner wall's result by the default method, and the file of its page."""
     return written(mo.solve(corner_wall(3, 2, 4)), tmp_path_factory, view=VIEW)
 
 
 @pytest.mark.parametrize("width", WIDTHS[:1])
-def test_keys_move_along_the_push(browser, pushed, width):
-    """Blocks are where keyframes have them."""
-    result, path = pushed
+def test_keys_move_along_the_load_history(browser, loaded, width):
+    """Blocks are drawn as at each keyframe."""
+    result, path = loaded
     page = show(browser, path, width)
     height = "return document.documentElement.scrollHeight"
-    way = way_of(result)
-    motions, moves = way_motions(result, way), yielded_on(result.assembly, way)
-    slider, told = found(page, "#pushed"), set()
+    frames = keyframes_of(result)
+    motions, moves = motions_of(result, frames), np.stack([frames.has_slid, frames.is_open], axis=1)
+    slider, told = found(page, "#loaded"), set()
     for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, len(motions) - 1)):
         tall = page.execute_script(height)
         slider.send_keys(key)
         assert page.execute_script(height) == tall
         assert int(slider.get_property("value")) == at
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
-        assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
+        assert float(numbers[0]) == pytest.approx(frames.load_factor[at], rel=1e-3)
         assert [int(number) for number in numbers[2:]] == moves[at].sum(axis=1).tolist()
         told.add(found(page, "#event").text)
         assert_pointed_at_after(page, result, motions[at], (0.5,))

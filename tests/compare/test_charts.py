@@ -24,14 +24,14 @@ ROWS = [
     line(scene="a", model="pyomo", solver="highs", wall=60.0, tolerance=1e-4, ended="time limit")
     | {"load_factor": None},
     line(scene="a", method="nonassociative", wall=3.0, load_factor=0.88),
-    line(scene="a", method="refined", wall=5.0, load_factor=0.76),
+    line(scene="a", method="coulomb", wall=5.0, load_factor=0.76),
 ]
 
 
 @pytest.fixture(scope="module")
 def drawn() -> dict[str, NamedChart]:
     bounds = {"a": CertifiedBounds(1 - 1e-12, 1 + 1e-12)}
-    summary = summary_of(ROWS, bounds, {"a": BestKnown(0.8, "refined")})
+    summary = summary_of(ROWS, bounds, {"a": BestKnown(0.8, "coulomb")})
     return {drawing.name: drawing for drawing in charts(summary)}
 
 
@@ -72,18 +72,18 @@ def test_a_state_below_the_best_is_marked(drawn):
 
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():
     """None of a question of which no scene has one, and no panel of a scene that has none."""
-    rows = [line(scene=scene, method="mcp", load_factor=0.8) for scene in "ab"]
+    rows = [line(scene=scene, method="coulomb", load_factor=0.8) for scene in "ab"]
     assert charts(summary_of(rows, {}, {})) == []
-    (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}))
+    (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "coulomb")}))
     assert {*drawing.chart.data["scene"]} == {"a"}
 
 
 def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     rows = [
-        line(scene="a", method="mcp", load_factor=0.8),
-        line(scene="a", method="refined", load_factor=0.8008),
+        line(scene="a", method="mpec", load_factor=0.8),
+        line(scene="a", method="coulomb", load_factor=0.8008),
     ]
-    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "refined")})
+    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "mpec")})
     drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
     assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
     assert min(encodings(drawing, "y")[0]["axis"]["values"]) == pytest.approx(1e-6)
@@ -120,7 +120,7 @@ def test_load_factors_are_those_of_the_frames(comparison):
     shown = cells(comparison)
     known = comparison.summary[comparison.summary["verdict"] == "certified"]
     lowest = known.groupby(["scene", "method"])["load_factor"].min()
-    assert {method for _, method in lowest.index} == {"static", "nonassociative", "mcp"}
+    assert {method for _, method in lowest.index} == {"static", "nonassociative", "coulomb"}
     for (scene, method), load_factor in lowest.items():
         question = "associative" if method == "static" else "Coulomb"
         said, _, _ = shown[scene, f"{question} λ, {method}"].partition(";")
@@ -128,16 +128,16 @@ def test_load_factors_are_those_of_the_frames(comparison):
     assert shown[BLOCKS, "lowest exact Coulomb λ"] == "0.15000, by hand"
     # 0.153 is 2 % above 0.15, in Clarabel's 2.5 s.
     assert shown[BLOCKS, "Coulomb λ, nonassociative"] == "0.15300; gap +2 %; 2.5 s"
-    assert shown[BLOCKS, "Coulomb λ, mcp"] == "0.15000; gap 0 %; 0.5 s"
+    assert shown[BLOCKS, "Coulomb λ, coulomb"] == "0.15000; gap 0 %; 0.5 s"
 
 
 def test_what_is_no_answer_says_why(comparison):
     shown = cells(comparison)
     verdicts = {
-        (BLOCKS, "refined"): ("wrong", "flow"),
+        (BLOCKS, "mpec"): ("wrong", "flow"),
         (WALL, "nonassociative"): ("failed but said so", "time limit"),
-        (WALL, "mcp"): ("named correctly", "unstable under dead load"),
-        (WALL, "refined"): ("wrong", "0.63898"),
+        (WALL, "coulomb"): ("named correctly", "unstable under dead load"),
+        (WALL, "mpec"): ("wrong", "0.63898"),
     }
     for (scene, method), (verdict, word) in verdicts.items():
         cell = shown[scene, f"Coulomb λ, {method}"]
@@ -148,8 +148,8 @@ def test_what_is_no_answer_says_why(comparison):
 
 def test_without_an_associative_method_the_bounds_tell(comparison):
     plan = comparison.plan
-    coulomb = tuple(pair for pair in plan.pairs if pair.method == "mcp")
-    part = comparison.summary[comparison.summary["method"] == "mcp"]
+    coulomb = tuple(pair for pair in plan.pairs if pair.method == "coulomb")
+    part = comparison.summary[comparison.summary["method"] == "coulomb"]
     fewer = replace(comparison, plan=replace(plan, pairs=coulomb), summary=part)
     assert cells(fewer)[WALL, "associative λ, certified"] == "0.64286"
 

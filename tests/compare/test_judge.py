@@ -13,7 +13,7 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, BestKnown, judge
 
 BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
-BEST = BestKnown(0.4, "refined")
+BEST = BestKnown(0.4, "coulomb")
 
 
 @pytest.mark.parametrize(("load_factor", "error"), [(0.50004, 8e-5), (0.5, 2e-11)])
@@ -27,10 +27,10 @@ def test_the_error_of_an_associative_answer_is_its_distance_from_the_certified_o
     ("found", "gap", "below"), [(0.41, 0.025, False), (0.4, 1e-6, False), (0.39, 0.025, True)]
 )
 def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(found, gap, below):
-    judged = judge(line(method="refined", load_factor=found), BOUNDS, BEST)
+    judged = judge(line(method="coulomb", load_factor=found), BOUNDS, BEST)
     assert judged["error"] == pytest.approx(gap)
     assert judged["below"] == below
-    assert judge(line(method="refined"), BOUNDS, None)["error"] is None
+    assert judge(line(method="coulomb"), BOUNDS, None)["error"] is None
 
 
 def test_bounds_of_chords_say_nothing_of_the_parabola():
@@ -68,8 +68,8 @@ def test_what_holds_for_cones_holds_for_their_sides_from_above_alone():
         ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, "solver failed: at 3"),
         ({"load_factor": 0.5002}, WRONG, "λ above its certified bound"),
         ({"load_factor": 0.4998}, WRONG, "λ below its certified bound"),
-        ({"method": "refined", "load_factor": 0.5002}, WRONG, "λ above its certified bound"),
-        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, ""),
+        ({"method": "coulomb", "load_factor": 0.5002}, WRONG, "λ above its certified bound"),
+        ({"method": "coulomb", "load_factor": 0.4}, CERTIFIED, ""),
         ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, f"{Status.UNSTABLE} (right: answer)"),
         ({"load_factor": None, "status": Status.LOCKED}, WRONG, f"{Status.LOCKED} (right: answer)"),
         (
@@ -100,7 +100,7 @@ FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, IN
     ("known", "method", "claim", "verdict"),
     [
         (FALLS, "static", Status.UNSTABLE, NAMED),
-        (FALLS, "refined", Status.UNSTABLE, NAMED),
+        (FALLS, "coulomb", Status.UNSTABLE, NAMED),
         (FALLS, "static", 0.5, WRONG),
         (FALLS, "nonassociative", 0.5, WRONG),
         (FALLS, "static", Status.UNLIMITED, WRONG),
@@ -109,8 +109,8 @@ FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, IN
         (UNLIMITED, "static", Status.UNSTABLE, WRONG),
         (UNLIMITED, "static", 0.5, WRONG),
         # Without dilatancy there may be a load factor all the same, or not.
-        (UNLIMITED, "refined", 0.5, CERTIFIED),
-        (UNLIMITED, "refined", Status.JAMMED, FAILED),
+        (UNLIMITED, "coulomb", 0.5, CERTIFIED),
+        (UNLIMITED, "coulomb", Status.JAMMED, FAILED),
         (UNKNOWN, "static", 0.5, CERTIFIED),
         (UNKNOWN, "static", Status.UNSTABLE, FAILED),
         (None, "static", Status.LOCKED, FAILED),
@@ -134,7 +134,7 @@ def test_complementarity_is_relative(scale):
 
 @pytest.mark.parametrize("status", [Status.JAMMED, Status.CYCLING, Status.SOLVER_FAILED])
 def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
-    row = line(method="mcp", load_factor=None, status=status, existence=str(Existence.NO_STATE))
+    row = line(method="coulomb", load_factor=None, status=status, existence=str(Existence.NO_STATE))
     judged = judge(row, UNLIMITED, None)
     assert (judged["verdict"], judged["reason"]) == (NAMED, status)
     row |= {"existence": str(Existence.UNBOUNDED)}
@@ -153,7 +153,7 @@ REPEATED = [
     [
         (REPEATED, {"time": 2.0, "repeats": 3}),  # medians, without what all share
         ([line(scene="a", repeat=n, flow=float(n == 2)) for n in (1, 2, 3)], {"verdict": "wrong"}),
-        ([line(scene="a", method="refined", tolerance=None)], {"repeats": 1}),
+        ([line(scene="a", method="coulomb", tolerance=None)], {"repeats": 1}),
     ],
 )
 def test_repeats_of_a_run_are_one_line(rows, expected):

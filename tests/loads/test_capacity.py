@@ -216,7 +216,7 @@ def test_a_program_that_fails_ends_the_curve_with_what_to_do(failing):
 )
 def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
     scene = mo.load(CASES / f"{scene}.toml") if isinstance(scene, str) else scene
-    curve = mo.capacity(mo.solve(scene, expected=False))
+    curve = mo.capacity(mo.solve(scene, incremental=False))
     assert curve.end.code is code
     assert (len(curve.table), curve.reaches_zero, curve.displacement) == (1, False, None)
     assert curve.table["load_factor"][0] == curve.load_factor
@@ -268,7 +268,7 @@ def test_a_joint_slides_here_if_it_slides_in_the_result(scene):
 
 def test_below_the_associative_load_factor_no_joint_is_said_to_slide_that_does_not():
     """The foot's slip lowers λ by Coulomb's law, by less than 1 in 200, and results call it a hinge."""
-    result = solved(kerbed(1e-3), "mcp", expected=False)
+    result = solved(kerbed(1e-3), "coulomb", incremental=False)
     assert not joint_motion(result.assembly, result.solution).slides.any()
     curve = mo.capacity(result)
     assert curve.end.code is Code.NOT_HINGING

@@ -126,7 +126,7 @@ def test_a_front_that_leaves_its_returns():
     blocks += [mo.box(name, (-3, 0), y, (0, 6), **push) for name, y in sides.items()]
     ground = mo.box("ground floor", (-6, 9), (-1, 5), (-1, 0), fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*blocks, ground])
-    curve = mo.capacity(mo.solve(scene, expected=False), steps=4, block="front")
+    curve = mo.capacity(mo.solve(scene, incremental=False), steps=4, block="front")
     assert (curve.load_factor, curve.displacement) == pytest.approx((0.6 / 6, 0.6 / 2), abs=CLOSE)
     states = {
         frozenset(pair): state for *pair, state in curve.joints()[["first", "second", "state"]].to_numpy()

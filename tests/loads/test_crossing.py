@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
-from masonry_opt.studies.crossing.crossing import _ways
+from masonry_opt.studies.crossing.crossing import _passages
 from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 
 
@@ -30,7 +30,7 @@ def test_a_slab_on_its_support_carries_any_axle():
 
 
 @pytest.mark.parametrize(
-    "method", ["static", "kinematic", "nonassociative", pytest.param("mcp", marks=pytest.mark.slow)]
+    "method", ["static", "kinematic", "nonassociative", pytest.param("coulomb", marks=pytest.mark.slow)]
 )
 def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
     """About the edge at x = .5: λ P (x - .5) = W .5, least at the end of the slab. Between the edges of the
@@ -52,7 +52,7 @@ def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
         assert table["any_load"][~outside].all()
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_interrupted_it_keeps_the_positions_solved_by_then(method):
     told = []
     found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=interrupts(told))
@@ -62,10 +62,10 @@ def test_interrupted_it_keeps_the_positions_solved_by_then(method):
     assert found.as_dict()["interrupted"]
 
 
-@pytest.mark.parametrize("method", ["static", pytest.param("mcp", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", ["static", pytest.param("coulomb", marks=pytest.mark.slow)])
 def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
     """The worst position is solved once more, for the incremental load factor, which is then missing."""
-    whole = mo.crossing(OVERHANG, axles(3.0), method=method, expected=False)
+    whole = mo.crossing(OVERHANG, axles(3.0), method=method, incremental=False)
     first = ["stands", "first look", "last"] if method == "static" else ["stands", "last"]
 
     def ends(*_):
@@ -77,7 +77,7 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
     assert len(asked) == len(first)
     assert found.load_factor == pytest.approx(whole.load_factor, rel=1e-9) == pytest.approx(WEIGHT / 3)
     assert (found.position, found.bound, found.interrupted) == (whole.position, None, True)
-    assert found.worst.expected is None
+    assert found.worst.incremental is None
     assert found.worst.joints["n"].to_numpy() == pytest.approx(whole.worst.joints["n"].to_numpy(), abs=1e-6)
     assert found.worst.assembly.scene == whole.worst.assembly.scene
     assert "governing λ" in str(found)
@@ -85,7 +85,7 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
 
 def test_positions_without_an_answer_are_told_and_end():
     """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
-    ((passage,),), _ = _ways(OVERHANG, axles(3.0))
+    ((passage,),), _ = _passages(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
     exact, solved = moving_load(problem, Effort()), 0
 
@@ -209,7 +209,7 @@ def test_a_coulomb_method_ends_at_the_least_of_its_own_sweep():
     found = mo.crossing(scene, ON_ARCH, method="nonassociative")
     (one,) = found.passages
     swept = [
-        mo.solve(one.passage.scene(x), "nonassociative", expected=False).load_factor or np.inf
+        mo.solve(one.passage.scene(x), "nonassociative", incremental=False).load_factor or np.inf
         for x in one.associative.positions[::4]
         if one.passage.carried(x)
     ]
@@ -249,15 +249,15 @@ def test_the_load_of_a_road_keeps_its_sum_and_its_place():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_bridge_with_fill_against_a_sweep(method):
     """Loads spread through fill: nothing jumps, and no load is a line or parabola of the position."""
     bridge = mo.load("cases/bridges/arch_with_fill.toml").model_copy(update={"loads": []})
     bogie = mo.Axles(name="bogie", set="CS 454 double 1.3 m", factor=0.4)
-    found = mo.crossing(bridge, bogie, method=method, expected=False)
+    found = mo.crossing(bridge, bogie, method=method, incremental=False)
     passage = found.least.passage
     swept = {
-        x: mo.solve(passage.scene(x), method, expected=False).load_factor
+        x: mo.solve(passage.scene(x), method, incremental=False).load_factor
         for x in np.arange(-0.6, 0.1, 0.01 if method == "static" else 0.05).tolist()
     }
     assert found.load_factor <= min(swept.values()) * (1 + 1e-3)

@@ -95,15 +95,18 @@ def test_wrong_spectra_and_values_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("method", "words"),
-    [("static", "λ = 0.5 (associative): upper bound"), ("mcp", "λ = 0.5 (lowest found): exact")],
+    ("method", "words", "known"),
+    [
+        ("static", "λ = 0.5 (associative): upper bound", "not proven least"),
+        ("coulomb", "λ = 0.5 (least, proven): exact", "no other λ above zero is possible"),
+    ],
 )
-def test_a_check_says_on_which_load_factor_it_rests(method, words):
+def test_a_check_says_on_which_load_factor_it_rests(method, words, known):
     """Of a block half as wide as high, under its weight to the side: λ = 1/2."""
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1, live=(1, 0))
     floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor])
     check = mo.capacity(mo.solve(scene, method)).check(SPECTRUM)
     assert check.rests_on.startswith(words)
-    assert "not proven least" in check.rests_on
+    assert known in check.rests_on
     assert f"rests on         {check.rests_on}; with a lower λ" in str(check)

@@ -35,12 +35,15 @@ def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Sce
 def reactions(found: mo.Settlement) -> list[float]:
     """Least and greatest, lowest, incremental and associative."""
     ends = (found.least, found.greatest)
-    return [value for end in ends for value in (end.reaction, end.expected, end.associative)]
+    return [value for end in ends for value in (end.reaction, end.incremental, end.associative)]
 
 
 def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
     return pytest.approx([least] * 3 + [greatest] * 3, abs=CLOSE * weight)
 
+
+#: Remark on a reaction beside which others may exist.
+NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
 
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
@@ -85,8 +88,8 @@ def test_what_is_known_of_each_reaction():
     found = mo.settle(beam(), "R", RIGHT)
     known = found.table.set_index(["end", "kind"])["certainty"]
     for end in ("least", "greatest"):
-        assert "found, not proven: exact states may lie nearer to rest" in known[end, "coulomb"]
-        assert "equilibrium is lost" in known[end, "expected"]
+        assert NOT_PROVEN in known[end, "coulomb"]
+        assert "equilibrium is lost" in known[end, "incremental"]
         assert known[end, "associative"] == "no state lies further from the reaction at rest"
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
@@ -106,9 +109,9 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     """A load history that ends at half the reaction found, and a state beyond the reaction at rest."""
     found = mo.settle(beam(), "R", RIGHT)
     least, half = found.least, 0.5 * found.least.result.load_factor
-    history = least.result.solution.expected
+    history = least.result.solution.incremental
     ended = replace(history, found=replace(history.found, load_factor=half), peak=None)
-    nearer = replace(found, least=with_solution(least, expected=ended))
+    nearer = replace(found, least=with_solution(least, incremental=ended))
     (warning,) = nearer.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("history ends nearer", "least")
     assert [warning["reaction"], warning["incremental"]] == pytest.approx([-2.25, -1.125], abs=1e-6)
@@ -132,7 +135,7 @@ def test_a_pier_pulled_away_under_a_beam():
     for end, sign in ((found.least, -1), (found.greatest, 1)):
         assert end.associative == pytest.approx(sign * 0.6 * 5.0, abs=1e-6)
         assert end.reaction == pytest.approx(sign * 0.6 * 3.75, abs=1e-6)
-        assert 0.6 * 3.75 < sign * end.expected < 0.6 * 5.0
+        assert 0.6 * 3.75 < sign * end.incremental < 0.6 * 5.0
 
 
 def rafters() -> mo.Scene:
@@ -204,7 +207,7 @@ def test_a_necessary_reaction_is_above_zero():
     """A block that hangs between walls by friction: 2 μ R = W."""
     found = mo.settle(wedged(), "R", RIGHT, method="static")
     assert found.least.reaction == found.least.associative == pytest.approx(10 / 1.2, abs=1e-6)
-    assert found.least.expected is None
+    assert found.least.incremental is None
     assert list(found.least.results) == ["associative"]
     assert found.greatest.unlimited
 
@@ -350,8 +353,8 @@ def test_command_and_files(tmp_path, command):
     assert told["status"] == "stands under dead load"
     assert told["usable"] is True
     assert told["supports"] == ["R"]
-    assert [told["least"]["reaction"], told["greatest"]["expected"]] == pytest.approx([3.75, 6.25])
-    assert set(told["least"]["results"]) == {"coulomb", "expected", "associative"}
+    assert [told["least"]["reaction"], told["greatest"]["incremental"]] == pytest.approx([3.75, 6.25])
+    assert set(told["least"]["results"]) == {"coulomb", "incremental", "associative"}
     assert told["least"]["results"]["coulomb"]["certificate"]
     page = (tmp_path / "beam.html").read_text(encoding="utf-8")
     assert page.count("data:image/svg+xml") == 2

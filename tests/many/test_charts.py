@@ -24,7 +24,7 @@ def frame(mechanisms, load_factors):
     friction = [0.1 * number for number in range(1, len(mechanisms) + 1)]
     status = ["optimal" if value == value else "unstable under dead load" for value in load_factors]
     columns = {NAME: friction, "load_factor": load_factors, "mechanism": mechanisms, "status": status}
-    return pd.DataFrame(columns).assign(expected=np.nan, which="lowest found")
+    return pd.DataFrame(columns).assign(incremental=np.nan, which="lowest found")
 
 
 def against(swept):
@@ -141,13 +141,13 @@ def test_a_value_above_the_scale_of_a_map_is_told():
     assert "last colour" not in heat_map(swept.drop(2), "a", "b").notes
 
 
-def test_the_load_to_expect_is_dashed():
-    swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(expected=[0.25, 0.4, 0.6])
+def test_the_incremental_load_factor_is_dashed():
+    swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(incremental=[0.25, 0.4, 0.6])
     (line, *_) = (of for of in layers(against(swept)) if "strokeDash" in of[2]["mark"])
-    assert line[1]["expected"].tolist() == [0.25, 0.4, 0.6]
+    assert line[1]["incremental"].tolist() == [0.25, 0.4, 0.6]
     assert marks(against(swept))[2][1] == 0.6
     assert "dashes" in against(swept).notes
-    assert "dashes" not in against(swept.assign(expected=swept["load_factor"])).notes
+    assert "dashes" not in against(swept.assign(incremental=swept["load_factor"])).notes
 
 
 def test_the_least_is_ringed_and_all_of_a_plateau():
@@ -161,7 +161,7 @@ def test_a_map_is_drawn_of_finite_values_alone(friction):
     names = [NAME, "arch.thickness"]
     swept = pd.DataFrame([(0.3, 1.0), (0.3, 2.0), (friction, 1.0), (friction, 2.0)], columns=names)
     swept = swept.assign(
-        load_factor=1.0, expected=1.0, status="optimal", mechanism="sliding", which="associative"
+        load_factor=1.0, incremental=1.0, status="optimal", mechanism="sliding", which="associative"
     )
     drawn = drawings(swept, names)
     assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]

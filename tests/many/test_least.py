@@ -80,7 +80,7 @@ def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
     assert (found.holds.number, found.fails.number) == (math.inf, pytest.approx(1.0, abs=1e-6))
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_least_friction_that_carries_a_load(method):
     """λ is the friction, up to the block's slenderness."""
     found = mo.least(lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, method=method, samples=2)
@@ -88,15 +88,15 @@ def test_least_friction_that_carries_a_load(method):
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
     assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
     assert found.history["load_factor"].tolist() == [trial.number for trial in found.trials]
-    assert found.history["expected"].isna().all()
+    assert found.history["incremental"].isna().all()
 
 
-def test_the_load_to_expect_is_told_where_asked_for():
+def test_the_incremental_load_factor_is_told_where_asked_for():
     found = mo.least(
-        lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, samples=0, tolerance=0.5, expected=True
+        lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, samples=0, tolerance=0.5, incremental=True
     )
     history = found.history
-    assert history["expected"].tolist() == pytest.approx(history["load_factor"].tolist(), rel=1e-6)
+    assert history["incremental"].tolist() == pytest.approx(history["load_factor"].tolist(), rel=1e-6)
 
 
 def test_a_load_factor_that_jumps_is_named():

@@ -91,7 +91,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
 @pytest.mark.parametrize(
-    ("method", "keeps", "grows"), [("static", 0, False), ("static", 20_000, True), ("mcp", 0, False)]
+    ("method", "keeps", "grows"), [("static", 0, False), ("static", 20_000, True), ("coulomb", 0, False)]
 )
 def test_memory_does_not_grow_with_runs(method, keeps, grows):
     """Less than 10 kB a run; a run that kept 20 kB would be seen."""

@@ -72,28 +72,28 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
     """Pushed at half its height it slides at λ = μ below its slenderness, with whatever stiffness, from
     whatever self-stress: there is none."""
     given = {"joints.friction": ("uniform", 0.2, 0.4)}
-    found = mo.sample(block_on_floor(1.0, 2.0), given, n=4, method="compliant", spread=2, workers=1)
-    loads = found.table[["load_factor", "expected", "spread_lower", "spread_upper"]]
+    found = mo.sample(block_on_floor(1.0, 2.0), given, n=4, method="incremental", spread=2, workers=1)
+    loads = found.table[["load_factor", "incremental", "spread_lower", "spread_upper"]]
     assert loads.sub(found.table["joints.friction"], axis=0).abs().to_numpy().max() < 1e-7
     (row,) = json.loads(found.to_json())["sensitivity"]
-    assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((1, 1))
+    assert (row["rank_correlation"], row["incremental_rank_correlation"]) == pytest.approx((1, 1))
     assert "by 0.0% (median)" in str(found)
     assert str(found).count("; incremental the same") == 4
 
 
-def test_loads_to_expect_stand_beside_the_lowest_found():
+def test_incremental_load_factors_stand_beside_the_lowest_found():
     """A lowest state that falls where the incremental load factor grows; of one run there is none:
     it has no rank."""
     found = sampled(np.linspace(0.3, 0.2, 21))
-    assert found.quantiles()[["expected_value", "expected_lower"]].isna().all(axis=None)
-    found.table["expected"] = [*np.linspace(0.31, 0.5, 20), np.nan]
+    assert found.quantiles()[["incremental_value", "incremental_lower"]].isna().all(axis=None)
+    found.table["incremental"] = [*np.linspace(0.31, 0.5, 20), np.nan]
     assert "1 (4.8%) without an incremental λ" in found.counted
     row = found.sensitivity().loc[0]
-    assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((-1, 1))
+    assert (row["rank_correlation"], row["incremental_rank_correlation"]) == pytest.approx((-1, 1))
     assert "-1.000 (-1.000 to -1.000); incremental +1.000 (" in str(found)
     curve = found.fragility([0.0, 0.305, 0.6])
-    assert curve["expected_probability"].tolist() == pytest.approx([0, 0, 1])
-    assert curve["expected_upper"][0] == pytest.approx(stats.binomtest(1, 21).proportion_ci(0.95).high)
+    assert curve["incremental_probability"].tolist() == pytest.approx([0, 0, 1])
+    assert curve["incremental_upper"][0] == pytest.approx(stats.binomtest(1, 21).proportion_ci(0.95).high)
     for kind in ("fragility", "sensitivity"):
         drawn = found.drawing(kind).chart.to_dict()
         rows = [row for rows in drawn["datasets"].values() for row in rows]
@@ -271,7 +271,7 @@ def test_a_sample_is_written_and_told(case, tmp_path, command):
         ("--vary", "joints.friction=0.3,0.4", "--seed", "0"),
         ("--vary", "joints.friction=0.3,0.4", "--by", "course"),
         ("--vary", "joints.friction=0.3,0.4", "-o", "out=elsewhere"),
-        ("--sample", "joints.friction=normal:1:0.01", "--method", "refined", "-o", "seed=1"),
+        ("--sample", "joints.friction=normal:1:0.01", "--method", "coulomb", "-o", "seed=1"),
     ],
 )
 def test_what_is_wrong_with_the_command_is_said(case, asked, tmp_path, command):

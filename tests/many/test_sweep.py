@@ -46,15 +46,15 @@ def test_load_factors_are_those_by_hand(swept):
     assert swept[["equilibrium", "yield", "flow", "complementarity"]].max(axis=None) < 1e-6
 
 
-def test_the_load_to_expect_is_a_column(swept):
+def test_the_incremental_load_factor_is_a_column(swept):
     """That of a single block is its load factor; associative methods have none."""
-    assert swept["expected"].isna().all()
+    assert swept["incremental"].isna().all()
     friction = {"joints.friction": [0.3]}
-    told, off = (sweep(friction, method="mcp", expected=expected) for expected in (True, False))
-    assert told["expected"].tolist() == pytest.approx([0.3], rel=1e-6)
-    assert off["expected"].isna().all()
-    # Its push is the method's first.
-    differ = ["expected", "message"]
+    told, off = (sweep(friction, method="coulomb", incremental=computed) for computed in (True, False))
+    assert told["incremental"].tolist() == pytest.approx([0.3], rel=1e-6)
+    assert off["incremental"].isna().all()
+    # The method itself begins with the load history.
+    differ = ["incremental", "message"]
     same(off.drop(columns=differ), told.drop(columns=differ))
 
 
@@ -84,7 +84,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     before = kept.read_text()
     same(sweep(out=tmp_path), swept)
     assert kept.read_text() == before  # nothing was made again
-    numbers = ("load_factor", "expected", "spread_lower", "spread_upper", "states")
+    numbers = ("load_factor", "incremental", "spread_lower", "spread_upper", "states")
     empty = {name: [""] for name in numbers}
     written = pd.read_csv(tmp_path / "runs.csv", keep_default_na=False, na_values=empty)
     same(written.astype(swept.dtypes.to_dict()), swept)

@@ -8,7 +8,16 @@ from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
 
 import pytest
-from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
+from scenes import (
+    CASES,
+    WALLS,
+    block_on_floor,
+    overhanging,
+    pressed_down,
+    run_command,
+    small_wall,
+    two_blocks,
+)
 from scenes_in_space import box_on_floor
 from screens import Screen
 
@@ -19,7 +28,7 @@ from masonry_opt.words.terminal import print_result
 cli_solve = import_module("masonry_opt.cli.solve")
 WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]
-AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("mcp", "matrices", "newton")
+AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("coulomb", "matrices", "newton")
 
 
 @pytest.fixture
@@ -33,7 +42,9 @@ def saved(tmp_path):
     return write
 
 
-@pytest.mark.parametrize(("method", "said"), [("mcp", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)])
+@pytest.mark.parametrize(
+    ("method", "said"), [("coulomb", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)]
+)
 def test_json_is_one_object_with_everything_asked_for(command, method, said):
     """Of whoever names no method too."""
     answer = command.json("solve", WALL_1, *(["--method", method] if method else []))
@@ -42,7 +53,7 @@ def test_json_is_one_object_with_everything_asked_for(command, method, said):
     assert answer["status"] == "converged"
     assert (answer["blocks"], answer["joints"]) == (33, 83)
     assert set(answer["certificate"]) == {"equilibrium", "yield", "flow", "complementarity"}
-    parts = {"scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative"}
+    parts = {"scene", "dead_load", "incremental", "build", "compile", "solve", "read", "associative"}
     assert set(answer["seconds"]) == parts
     assert answer["associative"] == pytest.approx(0.64286, abs=5e-6)
     assert answer["range"] == [None, answer["load_factor"] if answer["exact"] else answer["associative"]]
@@ -104,7 +115,7 @@ def test_verbose_adds_how_it_was_found(command):
     words = r"^status +converged: one exact state was found from 1 start$"
     assert re.search(words, out, re.MULTILINE)
     assert re.search(r"^programs +\d+ linear \(\d+ solver iterations\)$", out, re.MULTILINE)
-    assert "complementarity problem: newton   refinement: highs" in out
+    assert "incremental analysis: newton   refinement: highs" in out
     assert "reference        0.64285 (Ferris & Tin-Loi (2001) in Gilbert" in out
 
 
@@ -154,7 +165,7 @@ def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
 def test_text_where_no_load_factor_exists(command, saved):
     out = command("solve", saved(pressed_down()), "-v", code=1)
     # A load history whose λ grows without end asks for a proof first: the loop does not run in vain.
-    assert re.search(r"^programs +none: \d+ Newton steps$", out, re.MULTILINE)
+    assert re.search(r"^programs +none: \d+ load steps?$", out, re.MULTILINE)
     assert re.search(r"^existence +none exists: no mechanism lets the live load do work$", out, re.MULTILINE)
 
 
@@ -167,12 +178,12 @@ def test_steps_are_named_while_it_runs(watched, command):
 
     told = watched(import_module("masonry_opt.cli.command"), "left_by", interrupted)
     err = command.refused("solve", WALL_1, code=130)
-    assert f"the last was load history, step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
+    assert f"the last was load step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
 
 
 def test_the_command_prints_what_python_prints(command, saved):
     case = saved(two_blocks())
-    for method in ("static", "nonassociative", "mcp"):
+    for method in ("static", "nonassociative", "coulomb"):
         out = command("solve", case, "--method", method)
         assert out == f"{mo.solve(case, method)}\n"
         assert out.count("\n") > 3
@@ -181,11 +192,23 @@ def test_the_command_prints_what_python_prints(command, saved):
 def test_options_of_the_method_and_published_values(command):
     out = command("solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5")
     assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
-    # Of whom there is none of the method, that of the loop serves.
     out = command("solve", CASES / "livesley" / "wedges.toml")
-    assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
+    assert "reference        1.280338166517 (by hand: 1 + (t9 - t1) / (t9 + t19)" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
         assert words in command.refused("solve", WALL_1, *LOOP, "-o", wrong)
+
+
+def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
+    """A value of method 'coulomb' comes first, then the value of an MCP, then the value of the loop."""
+    scene = mo.load(CASES / "livesley" / "wedges.toml")
+    own, loop = scene.reference["coulomb"], scene.reference["nonassociative"]
+    mcp = own.model_copy(update={"source": "an MCP"})
+    for reference, words in (
+        ({"nonassociative": loop, "mcp": mcp, "coulomb": own}, "1.280338166517 (by hand"),
+        ({"nonassociative": loop, "mcp": mcp}, "1.280338166517 (an MCP)"),
+        ({"nonassociative": loop}, "1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0"),
+    ):
+        assert f"reference        {words}" in str(mo.solve(scene.replace(reference=reference)))
 
 
 def test_version(command):
@@ -254,13 +277,11 @@ def test_kind_of_plot_and_names_can_be_chosen(command, saved, tmp_path):
 
 def test_a_curve_can_be_asked_for_and_drawn(command, saved, tmp_path):
     picture = tmp_path / "curve.svg"
-    asked = ("--method", "compliant", "-o", "curve=true", "--plot", picture, "--plot-kind", "curve")
-    curve = command.json("solve", saved(block_on_floor()), *asked)["curve"]
-    gives = [state["give"] for state in curve]
-    assert gives == sorted(gives, reverse=True)
-    assert gives[-1] < 1e-4
-    (first,) = [state for state in curve if state["starts_opening"]]
-    assert first["starts_opening"] == [["A", "floor"]]
+    asked = ("--method", "incremental", "-o", "curve=true", "--plot", picture, "--plot-kind", "curve")
+    curve = command.json("solve", saved(small_wall()), *asked)["curve"]
+    load_factors = [state["load_factor"] for state in curve]
+    assert load_factors == sorted(load_factors)
+    assert any(state["starts_opening"] for state in curve)
     assert "<!-- the first joints open -->" in picture.read_text()
 
 
@@ -316,7 +337,10 @@ COUNTED = "1 block, 1 joint, 4 contacts"
         ),
         ("solve {}", ["associative 0.4 (none), associative here +25.000 %"]),
         ("check {}", ["agree"]),
-        ("solve {} --method compliant -o curve=true --plot-kind curve --plot curve.png", ["does not fall"]),
+        (
+            "solve {} --method incremental -o curve=true --plot-kind curve --plot curve.png",
+            ["load–displacement curve"],
+        ),
     ],
 )
 def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked, told):
@@ -376,3 +400,11 @@ def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
     ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("former", "present"), [("--no-expected", "--no-incremental"), ("--expected", "--incremental")]
+)
+def test_a_former_option_ends_in_its_present_name(command, former, present):
+    err = command.refused("solve", WALL_1, former)
+    assert err == f"error: option '{former}' is now called '{present}'\n"

@@ -18,7 +18,7 @@ def study(
     *,
     count: int | None = None,
     deep: bool = False,
-    expected: bool = True,
+    incremental: bool = True,
     layers: Sequence[str] = (),
     live_layers: Mapping[str, float] | None = None,
     place: Sequence[float] = (1.0, 2.0),
@@ -34,7 +34,7 @@ def study(
     count, deep:
         How many there
         are. Not which.
-    expected: as of :func:`~masonry_opt.analysis.solve`.
+    incremental: as of :func:`~masonry_opt.analysis.solve`.
     """
 
 
@@ -62,12 +62,12 @@ def run(*texts):
 def test_what_was_typed_is_passed_on_and_nothing_else():
     given = {"case": Path("a.toml")}
     assert run("a.toml")[1] == given
-    typed = "--ratio 1.5 --count 3 --deep --no-expected --layer a --layer b --live-layer a=1 --out there"
+    typed = "--ratio 1.5 --count 3 --deep --no-incremental --layer a --layer b --live-layer a=1 --out there"
     assert run("a.toml", *typed.split(), "--place", "3,4", "-o", "beta=.5")[1] == given | {
         "ratio": 1.5,
         "count": 3,
         "deep": True,
-        "expected": False,
+        "incremental": False,
         "layers": ["a", "b"],
         "live_layers": [("a", "1")],
         "out": Path("there"),

@@ -22,7 +22,7 @@ class Reference:
     associative: by cones; agrees with its dual to 1e-8.
     carried: by contact dynamics, stiffness by area, in shear half of it; the wall falls at 6.25e-4 more.
     lmgc90: where the wall begins to leave in LMGC90 (rigid blocks); it falls a little below.
-    expected: the incremental load factor by another program of compliant contacts, by 12 sides (here by the
+    incremental: the incremental load factor by another program of elastic contacts, by 12 sides (here by the
         cone); its contacts were all alike, here they are as stiff as they have area. Contact dynamics
         carries .3475 and .313125 with the former, .35125 and .3125 with the latter.
     least: the lowest exact state that other programs found, by 16 sides.
@@ -37,7 +37,7 @@ class Reference:
     carried: float | None = None
     lmgc90: float | None = None
     least: float | None = None
-    expected: float | None = None
+    incremental: float | None = None
 
     @property
     def scene(self) -> mo.Scene:

@@ -21,7 +21,7 @@ def cone_refiner(problem):
 
 @pytest.fixture(scope="module")
 def start():
-    return mo.solve(WALL, "compliant")
+    return mo.solve(WALL, "incremental")
 
 
 def test_it_ends_after_the_program_in_which_its_deadline_passes(watched, start):
@@ -39,5 +39,5 @@ def test_no_state_where_no_program_ends(failing, start):
 
 
 def test_a_search_without_time_says_so():
-    refined = mo.solve(WALL, "refined", search=1e-9)
-    assert values_of(refined, Code.NO_TIME) == {}
+    searched = mo.solve(WALL, "coulomb", search=1e-9)
+    assert values_of(searched, Code.NO_TIME) == {}

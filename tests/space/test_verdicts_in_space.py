@@ -6,7 +6,7 @@ import pytest
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, Status
 
-METHODS = ["static", "kinematic", "nonassociative", "compliant", "mcp"]
+METHODS = ["static", "kinematic", "nonassociative", "incremental", "coulomb"]
 FRICTION = mo.JointDefaults(friction=0.6)
 
 

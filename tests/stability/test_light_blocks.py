@@ -88,7 +88,7 @@ def test_default_gives_a_state_that_holds() -> None:
     assert result.exact
     assert result.certificate.worst <= 1e-8
     assert result.load_factor <= result.associative * (1 + 1e-6)
-    assert result.expected is None or result.expected <= result.associative * (1 + 1e-5)
+    assert result.incremental is None or result.incremental <= result.associative * (1 + 1e-5)
 
 
 def test_certificate_counts_slip_of_rounding_as_rounding() -> None:

@@ -4,7 +4,11 @@ Of 1,000 scenes at once: ``python benchmarks/second_program.py``.
 """
 
 import pytest
+from scenes import values_of
 from second_program import random_of_any_kind, verdict_on
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 
 #: Seeds that nothing is tuned on, and of the first eight those that take a second at most.
 FIRST, FAST = 910_000, (0, 2, 3, 4)
@@ -15,3 +19,14 @@ FIRST, FAST = 910_000, (0, 2, 3, 4)
 )
 def test_no_verdict_is_wrong_or_left_open(seed):
     assert verdict_on(random_of_any_kind(seed)) in ("agrees", "on the edge")
+
+
+def test_the_load_history_answers_where_no_exact_state_is_found():
+    """Three solids with a tie and props: neither cone programs nor the loop find an exact state."""
+    result = mo.solve(random_of_any_kind(1_301_263))
+    assert result.status.usable
+    found = values_of(result, Code.RANGE)
+    assert result.load_factor == result.incremental == found["carried"] < found["not_carried"]
+    assert result.lowest is None
+    assert "no exact collapse state was found" in result.summary
+    assert verdict_on(random_of_any_kind(1_301_263)) == "agrees"

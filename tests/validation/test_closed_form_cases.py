@@ -17,7 +17,7 @@ from masonry_opt.answer.acceptance import CLOSED
 from masonry_opt.answer.answer import certify
 from masonry_opt.problem.assembly import assemble
 
-METHODS = ["static", "mcp", "nonassociative"]
+METHODS = ["static", "coulomb", "nonassociative"]
 
 
 def read(name: str) -> mo.Scene:
@@ -172,14 +172,14 @@ def test_mechanisms_differ_with_the_flow_rule():
     """The lowered block sinks by the slope of the wedge that is pulled out; with dilatancy it rises. Of
     Livesley's wedges the unloaded one rises in Fig. 8 a and does not in b, the loaded one by 1 in both. The
     middle block takes the bottom one along, and the top one stays."""
-    true, dilatant = (moves("beer_johnston/wedge_lowers", method) for method in ("mcp", "static"))
+    true, dilatant = (moves("beer_johnston/wedge_lowers", method) for method in ("coulomb", "static"))
     assert true["vy"]["B"] == pytest.approx(math.tan(WEDGE) * true["vx"]["A"], rel=1e-8)
     assert true["vx"]["A"] < 0
     assert dilatant["vy"]["B"] > 0
     true, dilatant = (moves("livesley/wedges", method) for method in ("global", "static"))
     assert true["vy"]["right"] < 0 < dilatant["vy"]["right"]
     assert [true["vy"]["left"], dilatant["vy"]["left"]] == pytest.approx([1, 1], rel=1e-6)
-    x = moves("meriam_kraige/three_blocks", "mcp")["vx"]
+    x = moves("meriam_kraige/three_blocks", "coulomb")["vx"]
     assert x["bottom"] == pytest.approx(x["middle"], rel=1e-9)
     assert x["top"] == pytest.approx(0, abs=1e-9)
     rougher = {"joints": mo.JointDefaults(friction=0.6)}
@@ -241,7 +241,7 @@ def test_a_stone_pulled_out_beside_a_wall(wall):
     lowest = solved(scene, "global")
     assert lowest.load_factor == pytest.approx(pulled(wall), rel=1e-8)
     assert lowest.bound == pytest.approx(pulled(wall), rel=1e-6)
-    for method in ("mcp", "nonassociative"):
+    for method in ("coulomb", "nonassociative"):
         found = solved(scene, method).load_factor
         assert pulled(wall) * (1 - 1e-6) <= found <= pulled(-wall) * (1 + 1e-6)
 
@@ -303,7 +303,7 @@ def test_more_friction_than_slope_locks_what_dilates():
     assert solved(changed("closed_forms/pitched_stones", 0.51), "static").status is mo.Status.LOCKED
     assert solved(changed("closed_forms/keystone", 0.499), "static").load_factor == pytest.approx(1, rel=1e-7)
     assert solved(changed("closed_forms/keystone", 0.501), "static").status is mo.Status.LOCKED
-    for method in ("mcp", "nonassociative", "global"):
+    for method in ("coulomb", "nonassociative", "global"):
         found = solved(changed("closed_forms/keystone", 0.7), method).load_factor
         assert found == pytest.approx(1, rel=1e-7)
 

@@ -15,8 +15,8 @@ from masonry_opt.problem.assembly import assemble
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "associative": ("static", {}),
     "nonassociative": ("nonassociative", PAPER),
-    "coulomb": ("refined", {}),
-    "mcp": ("mcp", {}),
+    "coulomb": ("coulomb", {}),
+    "mcp": ("coulomb", {}),
 }
 
 #: References that are found by searches over thickness and friction, in the example "fig9".

@@ -123,7 +123,7 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
 
 
 def test_less_friction_needs_more_than_the_textbooks_bolt():
-    """Exact Coulomb states that hold only with larger bolts, by "mcp"; the associative bolt is the least
+    """Exact Coulomb states that hold only with larger bolts, by "coulomb"; the associative bolt is the least
     of all."""
     coulomb, associative = solved(SLOPE), solved(SLOPE, "static")
     assert coulomb.certificate.worst < 1e-8
@@ -135,8 +135,8 @@ def test_less_friction_needs_more_than_the_textbooks_bolt():
 def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_does_not_need():
     """Where contacts give the slope comes to the textbook's 0.5 kN. Exact states near by need more; the
     associative one, no bolt, 142 kN to spare, is one of joints that do not dilate, too."""
-    result = solved(LIMITING, expected=True)
-    assert BOLT * (1 - result.expected) == pytest.approx(limit_equilibrium(0.7855)[0], abs=0.5)
+    result = solved(LIMITING, incremental=True)
+    assert BOLT * (1 - result.incremental) == pytest.approx(limit_equilibrium(0.7855)[0], abs=0.5)
     assert BOLT * (1 - result.associative) == pytest.approx(-142.13, abs=0.05)
     for each in (result, solved(LIMITING)):
         assert each.exact
@@ -144,9 +144,9 @@ def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_do
     assert values_of(result, Code.STATES_MET)["most"] == pytest.approx(result.associative, rel=1e-6)
 
 
-def test_refinement_finds_the_largest_bolt_known():
+def test_the_default_finds_the_largest_bolt_known():
     """4,555 kN, where the textbook has 2,010: the least load factor is not its own. (At the limiting friction
     searches of minutes find 2,241 kN, where it has 0.5.)"""
-    refined = solved(SLOPE, "refined")
-    assert refined.certificate.worst < 1e-8
-    assert refined.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)
+    found = solved(SLOPE, "coulomb")
+    assert found.certificate.worst < 1e-8
+    assert found.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)

@@ -90,7 +90,7 @@ def by_enumeration() -> float:
     return float(found[0])
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_load_factor_of_the_case(method):
     """It has twelve digits of its coordinates and weights."""
     assert solved(PATH, method).load_factor == pytest.approx(by_enumeration(), rel=1e-8)

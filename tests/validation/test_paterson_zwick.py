@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import solved
+from scenes import solved, values_of
 from scipy.optimize import linprog
 
 import masonry_opt as mo
@@ -81,7 +81,7 @@ def balance(size: int) -> float | None:
 def test_diamonds_of_up_to_four_stand(size):
     expected = balance(size)
     assert expected == pytest.approx({3: 1.0, 4: 1 / 6}[size], rel=1e-9)
-    for method in ("static", "mcp"):
+    for method in ("static", "coulomb"):
         assert solved(diamond(size), method).load_factor == pytest.approx(expected, rel=1e-8)
 
 
@@ -92,7 +92,7 @@ def test_the_diamond_of_two_stands_whatever_it_carries():
 
 def test_the_diamond_of_five_falls():
     assert balance(5) is None
-    for method in ("static", "mcp"):
+    for method in ("static", "coulomb"):
         assert solved(diamond(5), method).status is mo.Status.UNSTABLE
 
 
@@ -102,5 +102,6 @@ def test_friction_holds_the_diamond_of_five():
     associative = solved(diamond(5, friction=0.5), "static").load_factor
     assert associative > 0.2
     result = mo.solve(diamond(5, friction=0.5))
-    assert result.expected == pytest.approx(associative, rel=1e-6)
+    ends = values_of(result.at_incremental, Code.RANGE)
+    assert ends["carried"] <= associative <= ends["not_carried"]
     assert Code.BELOW_ZERO in [said.code for said in result.reasons]

@@ -7,7 +7,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.blocks import rectangle
 
-METHODS = ("static", "kinematic", "nonassociative", "mcp")
+METHODS = ("static", "kinematic", "nonassociative", "coulomb")
 
 
 def load_factor(scene, method):

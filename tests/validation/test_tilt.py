@@ -16,7 +16,7 @@ def block(width, height, friction, side, **keys):
     )
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize(
     ("width", "height", "friction", "degrees"),

@@ -24,7 +24,7 @@ corner = mo.Scene(title="corner of two walls", joints=joints, blocks=plan.blocks
 # %%
 # λ is the horizontal seismic coefficient at which a corner at rest that is then shaken is expected to
 # collapse, every 15° in plan.
-found = mo.directions(corner, "compliant", every=15)
+found = mo.directions(corner, "incremental", every=15)
 around = found.table.set_index("direction")["load_factor"]
 print(f"along the walls: {around[[0, 90, 180, 270]].min():.3f}")
 print(f"the least of all: {around.min():.3f}, {found.governing}")
@@ -32,7 +32,7 @@ assert around.min() < around[[0, 90, 180, 270]].min()
 
 # %%
 # With three tenths of it upwards in the same moment every joint that slides is pressed less:
-upwards = mo.directions(corner, "compliant", every=45, vertical=-0.3)
+upwards = mo.directions(corner, "incremental", every=45, vertical=-0.3)
 print(f"and 0.3 of it upwards: {upwards.to_draw.required():.3f}, {upwards.governing}")
 assert upwards.to_draw.required() < around[::3].min()
 

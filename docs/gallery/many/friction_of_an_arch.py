@@ -20,21 +20,21 @@ FRICTIONS = [round(0.2 + 0.05 * step, 2) for step in range(13)]
 # like any other. A run that fails is a row too, with its status.
 columns = ["joints.friction", "load_factor", "status", "mechanism", "slides", "hinges"]
 frames = {
-    method: mo.sweep(CASE, {"joints.friction": FRICTIONS}, method=method) for method in ("static", "mcp")
+    method: mo.sweep(CASE, {"joints.friction": FRICTIONS}, method=method) for method in ("static", "coulomb")
 }
-print(frames["mcp"][columns].to_string(index=False, float_format="{:.4f}".format))
+print(frames["coulomb"][columns].to_string(index=False, float_format="{:.4f}".format))
 
 # %%
 # At 0.2 the arch does not stand. Up to 0.5 friction helps, and beyond that next to nothing, unless sliding is
 # taken to open joints (dashed): then every joint that slides lifts what it bears, the more the rougher it
 # is, and the load factor seems to rise on and on. (Steps down by up to a hundredth are no effect of friction:
-# of the many states of Coulomb friction the lowest of a few is taken, and ``refined`` with ``search`` finds
+# of the many states of Coulomb friction the lowest of a few is taken, and the option ``search`` finds
 # lower ones at 0.55 and 0.65.)
 figure = Figure(figsize=(7, 4.2), layout="constrained")
 axes = figure.add_subplot()
 for method, label, line, colour in (
     ("static", "sliding opens joints (associative)", "--", "#D55E00"),
-    ("mcp", "Coulomb friction", "-", "#0072B2"),
+    ("coulomb", "Coulomb friction", "-", "#0072B2"),
 ):
     frame = frames[method]
     axes.plot(frame["joints.friction"], frame["load_factor"], line, marker="o", color=colour, label=label)
@@ -43,10 +43,10 @@ axes.legend(loc="lower right", frameon=False)
 axes.grid(color="0.9")
 both = (
     frames["static"]
-    .merge(frames["mcp"], on="joints.friction", suffixes=("_static", "_mcp"))
-    .dropna(subset=["load_factor_mcp"])
+    .merge(frames["coulomb"], on="joints.friction", suffixes=("_static", "_coulomb"))
+    .dropna(subset=["load_factor_coulomb"])
 )
-assert (both["load_factor_mcp"] <= both["load_factor_static"] * (1 + 1e-7)).all()
-known = both["load_factor_mcp"]
+assert (both["load_factor_coulomb"] <= both["load_factor_static"] * (1 + 1e-7)).all()
+known = both["load_factor_coulomb"]
 assert (known.cummax() / known).max() < 1.01
 figure  # noqa: B018

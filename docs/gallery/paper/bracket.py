@@ -20,7 +20,7 @@ from masonry_opt.studies.runner import Workers
 SECONDS = 300.0
 WALLS = {n: mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in range(1, 7)}
 RUNS = {
-    "search": {"method": "refined", "search": 10.0},
+    "search": {"search": 10.0},
     "global": {"method": "global", "time_limit": SECONDS},
 }
 

@@ -45,8 +45,8 @@ def by_hand(none: float) -> float:
 # again, and no blend settles between. Where it finds one λ need not be the least.
 limits = {
     name: (
-        mo.solve(scene, "nonassociative", expected=False),
-        mo.solve(with_joints(scene, dilatancy=most), "nonassociative", expected=False),
+        mo.solve(scene, "nonassociative", incremental=False),
+        mo.solve(with_joints(scene, dilatancy=most), "nonassociative", incremental=False),
     )
     for name, (scene, most) in SWEEPS.items()
 }
@@ -54,7 +54,7 @@ rows = []
 for name, (scene, most) in SWEEPS.items():
     for none in LEVELS:
         law = with_joints(scene, dilatancy=most, dilatancy_stress=(none / 2, none))
-        result = mo.solve(law, "nonassociative", expected=False)
+        result = mo.solve(law, "nonassociative", incremental=False)
         hand = by_hand(none) if name == "two blocks" else None
         flow = result.certificate.flow if result.load_factor else None
         rows.append((name, none, hand, result.load_factor, len(result.history), flow, str(result.status)))

@@ -25,10 +25,10 @@ PAPERS_LOOP, AS_PUBLISHED = ("1x3", "2x6"), {"preset": "paper", "tol": 2e-5}
 # Times are the solvers' alone, as published.
 rows, loops = [], {}
 for size, scene in SCENES.items():
-    loops[size] = mo.solve(scene, "nonassociative", expected=False, sub_problems="rough")
+    loops[size] = mo.solve(scene, "nonassociative", incremental=False, sub_problems="rough")
     answers = {"associative": mo.solve(scene, "static"), "loop": loops[size]}
     if size in PAPERS_LOOP:
-        answers["paper's loop"] = mo.solve(scene, "nonassociative", expected=False, **AS_PUBLISHED)
+        answers["paper's loop"] = mo.solve(scene, "nonassociative", incremental=False, **AS_PUBLISHED)
     for answer, result in answers.items():
         name = "associative" if answer == "associative" else "nonassociative"
         known = {key: value.value for key, value in scene.reference.items()}

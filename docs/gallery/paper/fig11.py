@@ -25,7 +25,7 @@ PANELS = {
     "(c) β": {f"β = {beta:g}": {"beta": beta} for beta in (0.2, 0.4, 0.6, 0.8, 1.0)},
 }
 runs = {
-    run: mo.solve(scene, "nonassociative", preset="paper", expected=False, **options)
+    run: mo.solve(scene, "nonassociative", preset="paper", incremental=False, **options)
     for panel in PANELS.values()
     for run, options in panel.items()
 }

@@ -72,7 +72,9 @@ table = pd.DataFrame(
         "by hand": by_hand(face, rises=angle > face / 2),
         "least λ": (found := least(name, angle)).required(),
         "proven": found.status is mo.Status.OPTIMAL,
-        "loop": mo.solve(dilatant(name, angle), "nonassociative", preset="paper", expected=False).required(),
+        "loop": mo.solve(
+            dilatant(name, angle), "nonassociative", preset="paper", incremental=False
+        ).required(),
     }
     for name, (_, face) in VARIANTS.items()
     for angle in ANGLES

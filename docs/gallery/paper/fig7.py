@@ -46,7 +46,7 @@ def followed(**options: float) -> pd.DataFrame:
     """One row an iteration of the loop, by Clarabel."""
     steps = []
     result = mo.solve(
-        scene, "nonassociative", preset="paper", expected=False, progress=steps.append, **options
+        scene, "nonassociative", preset="paper", incremental=False, progress=steps.append, **options
     )
     problem, joints = result.assembly.problem, result.joints
     (joint,) = np.flatnonzero([{"A", "B"} == set(pair) for pair in joints[["first", "second"]].to_numpy()])

@@ -17,13 +17,13 @@ by_hand = {name: scene.reference[name].value for name in ("associative", "coulom
 
 # %%
 # Statics in both languages; the paper's loop, which may end a trace lower than any Coulomb state; the
-# refinement; and the least load factor, which is proven. Values of the figure to half a unit in their last
+# default; and the least load factor, which is proven. Values of the figure to half a unit in their last
 # digit.
 runs = {
     "associative, CVXPY": (mo.solve(scene, "static"), 1.8, "associative", 1e-6),
     "associative, Pyomo": (mo.solve(scene, "static", model="pyomo"), 1.8, "associative", 1e-6),
     "loop": (mo.solve(scene, "nonassociative", preset="paper"), 1.28, "coulomb", 2e-4),
-    "refined": (mo.solve(scene, "refined"), 1.28, "coulomb", 1e-6),
+    "coulomb": (mo.solve(scene, "coulomb"), 1.28, "coulomb", 1e-6),
     "least, proven": (mo.solve(scene, "global"), 1.28, "coulomb", 1e-6),
 }
 table = pd.DataFrame(

@@ -88,7 +88,7 @@ for mu in sorted([*FRICTIONS, two_to_three + 1e-4, one_to_two - 1e-4, one_to_two
     moving = found.fails.result.joints
     slip, turn = moving["slip"].abs().max(), (moving["rotation"].abs() * moving["length"] / 2).max()
     thicker = opened(mu, 1.05 * found.value)
-    margins = [mo.solve(thicker, method).load_factor for method in ("static", "refined")]
+    margins = [mo.solve(thicker, method).load_factor for method in ("static", "coulomb")]
     mode = "I" if slip < 1e-5 * turn else "II" if turn > 1e-5 * slip else "III"
     rows.append((mu, mode, found.value, found.value / ARCH.radius, *margins))
 names = ["μ", "mode", "thickness (m)", "over radius", "margin, associative", "margin, Coulomb"]
@@ -106,20 +106,20 @@ axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="least thickness
 for mode, text in (("II", "mode II: mixed"), ("I", f"mode I: hinging, μ > {one_to_two:.4f}")):
     part = table[table["mode"] == mode]
     axes.plot(part["μ"], part["thickness (m)"], "o-", markersize=3.5, label=text)
-axes.plot(
-    [two_to_three] * 2, [table["thickness (m)"].max(), 5], label=f"mode III: sliding, μ = {two_to_three:.4f}"
-)
+thickest, text = table["thickness (m)"].max(), f"mode III: sliding, μ = {two_to_three:.4f}"
+axes.plot([two_to_three] * 2, [thickest, 5], label=text)
 axes.axvspan(0.2, two_to_three, color="#EEEEEE", zorder=0, label="no thickness stands")
 axes.set_ylim(0, 5)
 axes.secondary_yaxis("right", functions=(lambda t: 10 * t, lambda t: t / 10)).set_ylabel("% of the radius")
 axes.legend()
 
 # The modes. Sliding does no work against the pressure: a load on the crown drives mode III.
-figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), "nonassociative", expected=False, always=True).plot()
+loop = {"method": "nonassociative", "incremental": False, "always": True}
+figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), **loop).plot()
 figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()
 crown, rougher = mo.PointLoad(voussoir=14, force=(0, -1)), two_to_three + 0.005
 pushed = ARCH.replace(point_loads=[crown], thickness=1.1 * thinnest(ARCH, rougher).value)
-sliding = mo.solve(scene(pushed, rougher), "nonassociative", expected=False, always=True)
+sliding = mo.solve(scene(pushed, rougher), **loop)
 figure_mode_iii = sliding.plot()
 assert sliding.joints["rotation"].abs().max() < 1e-5 * sliding.joints["slip"].abs().max()
 figure  # noqa: B018

@@ -60,17 +60,17 @@ for mu in FRICTIONS:
         {
             "μ": mu,
             "associative": mo.solve(scene, "static").required(),
-            "loop": mo.solve(scene, "nonassociative", expected=False, always=True).required(),
-            "refined": mo.solve(scene, "refined", search=0.5).required(),
+            "loop": mo.solve(scene, "nonassociative", incremental=False, always=True).required(),
+            "coulomb": mo.solve(scene, search=0.5).required(),
             "global": mo.solve(scene, "global", time_limit=5).required() if mu in SEARCHED else None,
         }
     )
 table = pd.DataFrame(rows)
 print(table.to_string(index=False))
-apart = table[["loop", "refined", "global"]].div(table["associative"], axis=0).sub(1).abs().max()
+apart = table[["loop", "coulomb", "global"]].div(table["associative"], axis=0).sub(1).abs().max()
 print(f"largest relative difference from the associative load factor:\n{apart.to_string()}")
 assert apart["loop"] < 2e-5
-assert apart["refined"] < 1e-7
+assert apart["coulomb"] < 1e-7
 assert apart["global"] < 1e-4
 
 # %%
@@ -78,7 +78,7 @@ figure = Figure(figsize=(7, 4.2), layout="constrained")
 axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="load factor λ (voussoir weights)")
 axes.plot(table["μ"], table["associative"], color="#0072B2", label="associative")
 axes.plot(table["μ"], table["loop"], "o", color="#D55E00", fillstyle="none", label="loop")
-axes.plot(table["μ"], table["refined"], "x", color="black", markersize=5, label="exact Coulomb (refined)")
+axes.plot(table["μ"], table["coulomb"], "x", color="black", markersize=5, label="exact Coulomb")
 axes.axvline(CLAIMED, color="#777777", linestyle="--", label=f"μ = {CLAIMED:g}: published, coincide above")
 axes.axvspan(0, stands.value, color="#DDDDDD", zorder=0, label="falls by itself")
 axes.set(xlim=(0, 0.82), ylim=(0, None))

@@ -58,7 +58,7 @@ rows = []
 for name, scene in SCENES.items():
     for variant, revise in VARIANTS.items():
         options = {"revise": revise} if revise else {}
-        result = mo.solve(scene, "nonassociative", preset="paper", expected=False, **options)
+        result = mo.solve(scene, "nonassociative", preset="paper", incremental=False, **options)
         if not revise:
             base = result.required()
             known = scene.reference.get("nonassociative")

@@ -40,7 +40,7 @@ print(result)
 # up, turns about the foot as if there were no friction.
 halves, arms, heights = (4, 6, 8, 6, 4), (0.5, 0.5, 0.5, 0.5, 1), (0.5, 1.5, 2.5, 3.5, 3.5)
 moments = [sum(w * at for w, at in zip(halves, place, strict=True)) for place in (arms, heights)]
-promised, expected, lowest = result.associative, result.expected, result.required()
+promised, expected, lowest = result.associative, result.incremental, result.required()
 print(f"associative {promised:.3f}, incremental {expected:.3f}, lowest found {lowest:.4f}")
 assert abs(expected - 0.379) < 0.002
 assert abs(promised / expected - 1.12) < 0.01

@@ -16,7 +16,7 @@ THICKNESS, HEIGHT, FRICTION = 0.7, 10.5, 0.65
 # Table 1, and the Coulomb state that is found is the lowest that is known in the plane, 0.638982.
 flat = mo.load(case_folder() / "ferris_tinloi" / "wall_1.toml")
 for scene in (flat, mo.extrude(flat, THICKNESS), mo.extrude(flat, HEIGHT)):
-    along = mo.solve(scene, expected=False)
+    along = mo.solve(scene, incremental=False)
     print(f"along the wall: associative {along.associative:.5f}, lowest found {along.required():.5f}")
     assert abs(along.associative - 0.64286) < 1e-5
     assert abs(along.required() - 0.638982) < 4e-6
@@ -32,7 +32,7 @@ def across(thickness: float) -> mo.Scene:
 
 
 for thickness in (HEIGHT, THICKNESS):
-    result = mo.solve(across(thickness), expected=False)
+    result = mo.solve(across(thickness), incremental=False)
     print(f"across, {thickness} thick: {result.required():.5f}")
     assert abs(result.required() - min(FRICTION, thickness / HEIGHT)) < 1e-6
 result.plot()

@@ -1,4 +1,7 @@
-"""Method "global": a bracket of the least Coulomb load factor, its lower end certified from the matrices."""
+"""Method "global": bracket the least Coulomb load factor.
+
+The lower end of the bracket is certified from the matrices.
+"""
 
 import time
 from dataclasses import replace
@@ -12,28 +15,32 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
+from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
+from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
-from masonry_opt.methods.push.push import elastic_of
-from masonry_opt.methods.refined import RefinedOptions, refined
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
-#: it lowers the upper end, and with it what forces can be.
-_MANY_JOINTS, _SEARCHING = 60, 0.05
+#: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. It
+#: lowers the upper end, and with it the limits of the forces.
+_MANY_JOINTS = 60
+
+#: Share of the time limit for this search.
+_SEARCHING = 0.05
 
 
 class GlobalOptions(Options):
-    """Parameters of the bracket.
+    """Options of the bracket.
 
     Attributes
     ----------
-    time_limit: seconds for both ends (each program is given one at least).
-    rate_bound: largest sum of slips and edge openings that is assumed where kinematics set no limit, in units
-        of the live load's mean velocity; the bound then holds below it. By default ten times the sum in the
-        lowest state known, 100 at least.
+    time_limit: time for both ends of the bracket, in seconds. Each program has at least one second.
+    rate_bound: largest sum of slips and edge openings that is assumed if kinematics set no limit, in units of
+        the live load's mean velocity. The bound is then valid for states below this sum. The default is ten
+        times the sum in the lowest known state, and at least 100.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0
@@ -41,26 +48,33 @@ class GlobalOptions(Options):
 
 
 def global_search(task: Task) -> Solution:
-    """The least Coulomb load factor λ ≥ 0 known, and what is proven of the least."""
+    """Return the lowest known Coulomb state with λ ≥ 0, and a lower bound of the least load factor.
+
+    Raises KeyboardInterrupt if the search for a lower state is interrupted.
+    """
     problem, options = task.problem, task.options
     began = time.perf_counter()
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        upper = replace(upper, kind=Kind.EXACT)  # of what is asked here its status alone decides nothing
+        # With this kind, the status alone does not state that the scene carries any load.
+        upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
-    start = refined(task.with_options(RefinedOptions(search=search)))
+    start = coulomb(task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None)))
+    if search is None:
+        # Forces of a scene that the dead load brings down may lead to an exact state too.
+        start = search_lower(task, start, SearchLimits())
     if start.interrupted:
         raise KeyboardInterrupt
     exact = start.is_exact(problem)
-    # Where dilatancy locks the associative flow, an exact state bounds λ instead.
-    above = [upper.load_factor, start.load_factor if exact else None]
-    if above == [None, None]:
+    # If dilatancy locks the associative flow, an exact state bounds λ instead.
+    upper_bounds = [upper.load_factor, start.load_factor if exact else None]
+    if upper_bounds == [None, None]:
         return upper
-    best = min(load_factor for load_factor in above if load_factor is not None)
+    best = min(load_factor for load_factor in upper_bounds if load_factor is not None)
     if a_little_above(best) <= 0:
-        return start  # there is no load factor λ ≥ 0
+        return start  # No load factor λ ≥ 0 exists.
     found = start.found if exact else Found()
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), found, bound=min(best, 0.0), solver=task.solver)
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
@@ -69,11 +83,14 @@ def global_search(task: Task) -> Solution:
         solution = _raised(task, solution, rising, began)
     solution = _concluded(problem, solution, rising.of, options)
     solution = replace(solution, below_zero=start.below_zero)
-    return solution.telling(*(said for said in start.reasons if said.code is Code.BELOW_ZERO))
+    return solution.telling(*(entry for entry in start.reasons if entry.code is Code.BELOW_ZERO))
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """A solution with its bound raised, on scenes of few joints with the lowest state near the programs."""
+    """Return a solution whose bound is raised by programs of products, until time is up.
+
+    On scenes with few joints, the forces of the programs are starts for lower states.
+    """
     problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
     for step, size, forces in rising.programs(ends, began):
         task.progress(step)
@@ -83,28 +100,28 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
-            if elastic_of(task).tells(answer.load_factor, answer.d):
+            if is_meaningful(analysis_of(task), answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)
                 solution = replace(solution, found=answer)
     return replace(solution, bound=rising.bound, history=tuple(rising.history))
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
-    """A solution with its status, and the reason."""
+    """Return a solution with its final status and reason."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
     bound = min(solution.bound or 0.0, answer.load_factor)
     derived = of.forces_derived and of.rates_derived
     solution = replace(solution, bound=bound, bound_derived=derived)
-    said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
-    said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
+    values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
+    values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(problem, answer.q, answer.d):
-        # What holds among some states only, and not this one, is no bound.
-        return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
+        # The assumptions exclude this state, so that the bound is not valid for all states.
+        return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
     if not closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
-        return solution.ended(Status.CONVERGED, code, **said, time_limit=options.time_limit)
+        return solution.ended(Status.CONVERGED, code, **values, time_limit=options.time_limit)
     if derived:
-        return solution.ended(Status.OPTIMAL, Code.PROVEN, **said)
-    return solution.ended(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)
+        return solution.ended(Status.OPTIMAL, Code.PROVEN, **values)
+    return solution.ended(Status.CONVERGED, Code.WITHIN_IMPOSED, **values)

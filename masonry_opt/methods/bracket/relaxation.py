@@ -1,5 +1,8 @@
-"""Lower bounds of λ from products of statics and kinematics, raised by programs of more and more of them,
-near ones first; and the largest forces and rates of all states with λ in an interval."""
+"""Compute lower bounds of λ from products of statics and kinematics.
+
+The bounds rise by programs of more and more products, near products first. The largest forces and rates of
+all states with λ in an interval are computed too: they limit the products.
+"""
 
 import time
 from collections.abc import Iterator
@@ -21,65 +24,92 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-_TIMES_LOADS = 10.0  #: Where statics set no limit, forces are assumed to be at most so many times all loads.
-_BEYOND = 1e9  #: A mechanism that only rates and velocities this large could make is none.
+#: Largest force that is assumed if statics set no limit, relative to the sum of all loads.
+_TIMES_LOADS = 10.0
 
-#: Tolerance of the interior points, and the rows up to which HiGHS's older one is tried first: it is two to
-#: three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
-_TOLERANCE, _FEW_ROWS = 1e-7, 20_000
+#: Size of rates and velocities above which a mechanism does not count: an infeasibility proof that excludes
+#: all smaller ones is accepted.
+_BEYOND = 1e9
 
-#: Tolerance asked of HiPO, over the share of λ that is open: half of its iterations would go into the last
-#: hundredth of a proof, where more products prove half as much again.
+#: Tolerance of the interior point methods.
+_TOLERANCE = 1e-7
+
+#: Number of rows up to which HiGHS's older interior point method is tried first. There it is two to three
+#: times as fast as HiPO, and nearer the optimum. With more rows it mostly ends without multipliers.
+_FEW_ROWS = 20_000
+
+#: Tolerance of HiPO, relative to the relative gap of λ. If smaller, half of the iterations improve only the
+#: last hundredth of a bound. More products, as the next program has, improve it by half as much again.
 _COARSE = 0.05
 
-#: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
-#: free columns HiPO stalls or breaks off, the older one on few scenes. The proof does not use it.
+#: Largest velocity for the solver if no bound exists, in units of the live load's mean velocity. With free
+#: columns HiPO stalls or fails, and the older method fails on few scenes. The proof does not use this number.
 _FASTEST = 20.0
 
-_MOVES = 1e-3  #: Rates and velocities below this are taken for none.
-_MOST_STEPS = 500  #: Iterations at most, for programs that no time ends.
-LEAST_TIME = 1.0  #: Seconds that a program is given at least.
+#: Rate or velocity below which nothing moves.
+_MOVES = 1e-3
 
-#: Largest distances, in blocks, of the factors of products: forces with rates, forces with velocities. The
-#: next pair follows where the last leaves a gap and time.
+#: Largest number of iterations of a program, if its time is not limited.
+_MOST_STEPS = 500
+
+#: Least time limit of a program, in seconds.
+LEAST_TIME = 1.0
+
+#: Largest distances, in blocks, between the factors of products: of forces and rates, and of forces and
+#: velocities. The next pair follows if the last one leaves a gap, and if time is left.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
-_ABOVE = 1e-4  #: The programs take this share more than the best λ known, so that they have an interior.
+#: Distance of the largest λ of the programs from the best known λ, relative to it. If zero, programs would
+#: have no interior.
+_ABOVE = 1e-4
 
-#: A program that closes more than this share of the gap is repeated with the limits of forces that it leaves,
-#: else followed by one of more products, which takes three to ten times as long.
+#: Share of the gap above which a program that closes it is repeated with the tighter limits of forces that
+#: follow. Otherwise a program of more products follows, which takes three to ten times as long.
 _WORTH_REPEATING = 0.5
-_MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
 
-#: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
-_LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
+#: Largest number of products in a program. If larger, programs need more memory.
+_MOST_PRODUCTS = 400_000
+
+#: Least sum of rates that is assumed if kinematics set no limit, in units of the live load's mean velocity.
+_LEAST_RATES = 100.0
+
+#: Sum of rates that is assumed, relative to the sum in the known state. On walls that sum is 30 to 140.
+_OVER_KNOWN = 10.0
 
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ."""
+    """Largest forces and rates of all states with λ from ``lowest`` to the largest λ of the programs."""
 
-    lowest: float
+    lowest: float  #: least load factor of the states
     normal: np.ndarray  #: normal force of each joint, shape (c,)
     forces: np.ndarray  #: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
     rates: float  #: sum of all slips and edge openings
-    #: Whether statics and kinematics imply them; else some are assumed, and what follows holds below only.
+    #: True if statics imply the forces. If False, some are assumed, and results hold only for smaller ones.
     forces_derived: bool
+    #: True if kinematics imply the rates. If False, they are assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
+        """Return True if a state satisfies the assumptions on forces, shape (3c,), and on the rates' sum."""
         first, second, shear = np.abs(q.reshape(3, -1))
-        forces, most = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
-        within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
-        return within and (self.rates_derived or sum_of_rates(problem, d) < self.rates)
+        forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
+        is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())
+        return is_within and (self.rates_derived or sum_of_rates(problem, d) < self.rates)
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Bounds over all states with 0 ≤ λ ≤ ``highest``: the largest forces that statics allow, and the largest
-    rates that kinematics allow each face while raising the blocks takes no more than the live load gives, the
-    other sense of sliding at rest. Nothing is lost where dilatancy is not negative: at yield in both senses a
-    joint carries nothing and may open instead (without friction and cohesion it must not dilate)."""
+    """Return bounds over all states with 0 ≤ λ ≤ ``highest``.
+
+    The forces are the largest that statics allow. The rates are the largest that kinematics allow each face,
+    if raising the blocks takes at most the work of the live load. For the rate of sliding in one sense, the
+    other sense is at rest.
+
+    This excludes no state if dilatancy is not negative: a joint at yield in both senses carries nothing, and
+    may open instead. A joint without friction and cohesion must not dilate.
+
+    ``assumed_rates`` is the sum of rates that is used if kinematics set no limit.
+    """
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
@@ -91,10 +121,13 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """The same of states with ``lowest`` ≤ λ ≤ ``highest``: the higher λ, the less self-stress."""
+    """Return bounds over states with ``lowest`` ≤ λ ≤ ``highest``, at most the bounds ``of``.
+
+    The higher λ is, the less self-stress is possible.
+    """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        return replace(of, lowest=lowest)  # what is proven of more states goes before an assumption
+        return replace(of, lowest=lowest)  # Bounds of more states are better than assumed ones.
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
 
@@ -102,8 +135,12 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed. Programs
-    find the largest of those that limit all others: n of every joint, and s where a joint cannot slide."""
+    """Return the largest normal forces, the magnitudes of all edge forces, and a flag.
+
+    The shapes are (c,) and (3c,). The flag is True if none of the forces is assumed. Programs find the
+    largest values of the forces that limit all others: n of every joint, and s of each joint that cannot
+    slide.
+    """
     forces = CvxpyForces(problem, within=within)
     session, q = HighsSession(forces.program, effort, "bounds"), forces.statics.q
     c, highest = problem.joints, within[1]
@@ -111,7 +148,7 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # Every force is at most so many times 1 + the sum of the targets.
+    # Every force is at most ``share`` times 1 + the sum of the targets.
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -121,13 +158,13 @@ def _force_limits(
             if session.solve() is not Verdict.OPTIMAL:
                 values[number] = np.inf
                 break
-            least, lacks = session.least()
-            elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
-            values[number] = max(values[number], -least + elsewhere)
-            short[number] = max(short[number], float(lacks[columns].sum()) * share)
+            least, shortfall = session.least()
+            of_other_columns = float(np.delete(shortfall, columns).sum()) * max(highest, 1.0)
+            values[number] = max(values[number], -least + of_other_columns)
+            short[number] = max(short[number], float(shortfall[columns].sum()) * share)
     assumed = _TIMES_LOADS * float(np.abs(problem.dead).sum() + highest * problem.live_norm)
     found = np.isfinite(values)
-    bounds = _with_what_is_short(np.where(found, values, assumed), np.where(found, short, 0.0))
+    bounds = _with_shortfall(np.where(found, values, assumed), np.where(found, short, 0.0))
     proven = np.isfinite(bounds)
     bounds = np.where(proven, bounds, assumed)
     normal, shear = bounds[:c], np.zeros(c)
@@ -136,8 +173,11 @@ def _force_limits(
     return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((found & proven).all())
 
 
-def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Bounds of x ≥ 0 from xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x); ``inf`` where Σ x cannot pay what is short."""
+def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
+    """Return upper bounds of x ≥ 0 that satisfies xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x).
+
+    If the sum of ``short`` is too large to bound Σ x, the bound is infinite for each j with shortⱼ > 0.
+    """
     if short.sum() >= 0.5:
         return np.where(short == 0.0, values, np.inf)
     total = float((values.sum() + short.sum()) / (1 - short.sum()))
@@ -145,8 +185,11 @@ def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
-    """Largest sum of slips and edge openings over the mechanisms on which raising the blocks takes at most
-    ``highest`` times the live load's work; ``inf`` where the solver finds no largest of some face."""
+    """Return the largest sum of slips and edge openings over mechanisms that can occur up to λ = ``highest``.
+
+    Raising the blocks takes at most ``highest`` times the work of the live load in these mechanisms. The
+    result is infinite if the solver finds no largest rate of some face.
+    """
     motion = CvxpyMotion(problem, raising=highest * problem.live_norm)
     session, mechanism = HighsSession(motion.program, effort, "bounds"), motion.mechanism
     slides, faces = problem.table.slides.stop, problem.faces
@@ -160,38 +203,41 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         session.set_costs(mechanism.p, -np.eye(1, faces, face)[0])
         verdict = session.solve()
         if verdict is Verdict.INFEASIBLE:
-            value, lacks = session.contradiction()
-            if value > _BEYOND * lacks.sum():
-                continue  # at rest in every such mechanism: there is none
+            value, shortfall = session.contradiction()
+            if value > _BEYOND * shortfall.sum():
+                continue  # No such mechanism exists.
         if verdict is not Verdict.OPTIMAL:
             return inf
-        least, lacks = session.least()
+        least, shortfall = session.least()
         values[face] = max(-least, 0.0)
-        short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
+        short[face], of_motion[face] = shortfall[of_rates].max(), shortfall[of_velocities]
     short += of_motion @ np.abs(velocities_by_rates(problem)).max(axis=1)
-    return float(EdgeFactors(problem).in_edges(_with_what_is_short(values, short)).sum())
+    return float(EdgeFactors(problem).in_edges(_with_shortfall(values, short)).sum())
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:
-    """d = M p for all velocities d and face rates p that kinematics allow, shape (3b, faces)."""
+    """Return M with d = M p for all velocities d and rates p that kinematics allow, shape (3b, faces)."""
     return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
 
 
 @dataclass(frozen=True)
 class BoundStep:
-    """One program of products."""
+    """Record of one program of products."""
 
-    bound: float  #: lower bound of λ that its multipliers prove, below the rates assumed
-    lowest: float  #: bound that the programs before it prove; this one is of states from there on
-    load_factor: float  #: λ of the best state known
-    rates_within: int  #: largest distance, in blocks, of forces and rates whose products are kept
-    velocities_within: int  #: that of forces and velocities
-    products: int
-    seconds: float  #: since the method began
+    bound: float  #: lower bound of λ that the multipliers prove, for states below the assumed rates
+    lowest: float  #: bound that earlier programs prove; this program is of states with λ above it
+    load_factor: float  #: load factor λ of the best known state
+    rates_within: int  #: largest distance, in blocks, of forces and rates that are multiplied
+    velocities_within: int  #: largest distance, in blocks, of forces and velocities that are multiplied
+    products: int  #: number of products
+    seconds: float  #: time since the method began
 
 
 def distances(problem: Problem) -> Pairs:
-    """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
+    """Return the distances between joints, shape (c, c), and from joints to blocks, shape (c, b).
+
+    A distance is the number of steps from block to block through joints.
+    """
     touches = problem.matrices.ends.toarray()
     between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
     of_joint = [np.flatnonzero(column) for column in touches.T]
@@ -203,41 +249,51 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, as the solver's multipliers
-    prove it after so many ``seconds``, joint forces (3c,) that may be next to low states, and the size."""
+    """Return a lower bound of λ, joint forces that may be near low states, and the size of the program.
+
+    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. The
+    multipliers prove it that the solver has after a number of ``seconds``. The forces have shape (3c,).
+    """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    # Every variable is a product, in their order: its column, and the numbers of its two factors.
+    # Each variable is a product. In order of the products: its column, and the numbers of its two factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # How large columns may be for the solver; rotations over the usual length of a joint, two.
+    # Limits of the columns for the solver. Rotations are divided by 2, the usual length of a joint.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # What reduced costs lack is paid with the largest that each product can be.
+    # The bound is reduced by the shortfall of the reduced costs times the largest value of each product.
     value, short = lp.least(multipliers)
-    lacks = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
-    bound = max(of.lowest, value - lacks[-1] - of.rates * _for_each_rate(model, lacks[:-1]))
+    shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
+    bound = max(of.lowest, value - shortfall[-1] - of.rates * _largest_per_rate(model, shortfall[:-1]))
     return bound, _forces(model, point[column]), lp.size
 
 
-def _for_each_rate(model: PyomoProducts, lacks: np.ndarray) -> float:
-    """The most that a unit of the sum of all rates pays of what rates, and velocities that follow, lack."""
+def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
+    """Return the largest shortfall for a unit of the sum of all rates.
+
+    The shortfall, shape (rates + velocities,), is that of rates and of the velocities that follow from them.
+    """
     problem, factors, start = model.problem, model.factors, model.factors.velocities.start
-    by_rates = np.abs(velocities_by_rates(problem)).T @ lacks[start:]
-    # in_edges doubles rocking rates into openings, so what is paid for each unit of opening is divided twice.
+    by_rates = np.abs(velocities_by_rates(problem)).T @ shortfall[start:]
+    # in_edges doubles rocking rates into openings, so the shortfall for a unit of opening is halved twice.
     by_rates[problem.table.rocks] /= 4
-    return float((lacks[:start] + factors.in_edges(by_rates)).max())
+    return float((shortfall[:start] + factors.in_edges(by_rates)).max())
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Joint forces at values of the products: alone, then in products with each rate and velocity, over it:
-    they may be of different states, and the first between them."""
+    """Return joint forces at the values of the products, each of shape (3c,).
+
+    The first forces are those without a factor. For each rate and velocity that is not zero follow the forces
+    of the products with it, divided by it. These may belong to different states, and the first forces lie
+    between them.
+    """
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     one, unit = factors.one, factors.unit
     products = np.full((one + 1, unit + 1), np.nan)
@@ -245,28 +301,31 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
     products[i, k] = of_products
     motion, alone = products[one, :unit], products[factors.forces, unit]
     moving = np.flatnonzero(np.abs(motion) > _MOVES)
-    given = products[: len(alone), moving] / motion[moving]
-    return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(given.T), alone, given.T))]
+    divided = products[: len(alone), moving] / motion[moving]
+    return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(divided.T), alone, divided.T))]
 
 
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The point (columns,) that the solvers reach in that time, and multipliers (rows,); zeros for none."""
+    """Return the point, shape (columns,), and the multipliers, shape (rows,), that a solver reaches in time.
+
+    Both are zero if no solver ends with finite numbers.
+    """
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
     scaled = replace(lp, cost=lp.cost / highest)
     ends = time.perf_counter() + seconds
     free = np.isinf(lp.low)
     boxed = replace(scaled, low=np.where(free, -reach, lp.low), high=np.where(free, reach, lp.high))
-    ways = (("highs-ipm", scaled), ("highs-ipm", boxed), ("highs-hipo", boxed))
-    point, found = np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
-    for name, program in ways[2 * (len(lp.row_lower) > _FEW_ROWS) :]:
+    trials = (("highs-ipm", scaled), ("highs-ipm", boxed), ("highs-hipo", boxed))
+    point, multipliers = np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
+    for name, program in trials[2 * (len(lp.row_lower) > _FEW_ROWS) :]:
         left = ends - time.perf_counter()
-        if left < LEAST_TIME and found.any():
+        if left < LEAST_TIME and multipliers.any():
             break
-        # Presolved they would have no multipliers of the program itself where time ends them; and with the
-        # augmented system, which HiPO may choose, it stalls.
+        # A presolved program that runs out of time would have no multipliers of the program itself. With the
+        # augmented system, which HiPO may choose, HiPO stalls.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {"presolve": "off", "hipo_system": "normaleq", "ipm_iteration_limit": _MOST_STEPS}
         solver = find_solver("cvxpy", name, _TOLERANCE)
@@ -276,29 +335,33 @@ def _solved(
         verdict, last = session.run(max(left, LEAST_TIME)), (session.point(), session.multipliers())
         effort.lp_solves += 1
         if all(len(each) and np.isfinite(each).all() for each in last):
-            point, found = last
+            point, multipliers = last
             if verdict is Verdict.OPTIMAL:
                 break
-    return point, highest * found
+    return point, highest * multipliers
 
 
 class Rising:
-    """A lower bound of λ that rises towards the best λ known."""
+    """Lower bound of λ that rises towards the best known λ."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: λ > 0 of the lowest state known; whoever finds a lower one puts it here
-        self.bound = 0.0  #: what is proven by now
-        self.history: list[BoundStep] = []  #: of the programs by now
-        #: Largest forces and rates of all states from there up to the best, which the bound assumes in part.
+        self.best = best  #: load factor λ > 0 of the lowest known state; callers set it to a lower one
+        self.bound = 0.0  #: lower bound of λ that the programs up to now prove
+        self.history: list[BoundStep] = []  #: records of the programs up to now
+        #: Largest forces and rates of all states up to the best, of which some may be assumed.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Programs of more and more products, until the bracket is closed or time is up: what each proved,
-        its size, and joint forces (3c,) that may lead to states lower than the best. Each looks only above
-        what the last proved, where forces have less room: the same products prove more, while that pays."""
+        """Yield the record, the size and the joint forces of programs of more and more products.
+
+        The programs end if the bracket is closed, or if time is up. The forces, each of shape (3c,), may lead
+        to states lower than the best. Each program takes only states above the last bound. The limits of
+        their forces are smaller, so that equally many products prove more. A program is repeated with these
+        limits while this closes a large share of the gap.
+        """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
             kept = to_joints <= radii[0], to_blocks <= radii[1]
@@ -324,20 +387,23 @@ class Rising:
 
 
 def a_little_above(best: float) -> float:
-    """Λ of the programs, from the best λ known."""
+    """Return the largest load factor of the programs, a little above the best known load factor."""
     return best + _ABOVE * max(abs(best), 1e-3)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
-    """What slips and edge openings are assumed to sum to, from the velocities (3b,) of the lowest state."""
+    """Return the sum of slips and edge openings that is assumed if kinematics set no limit.
+
+    It depends on the velocities d of the lowest state, shape (3b,), if one is known.
+    """
     return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
 
 
 def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
-    """The sum of slips and edge openings under block velocities (3b,)."""
+    """Return the sum of slips and edge openings under block velocities d, shape (3b,)."""
     return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
 
 
 def closed(bound: float, load_factor: float) -> bool:
-    """Whether a bracket from a bound to a load factor is closed."""
+    """Return True if a bracket from a lower bound to a load factor is closed."""
     return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)

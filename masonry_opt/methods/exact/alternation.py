@@ -1,8 +1,8 @@
-"""Exact states of scenes of any size: the two programs in turn, by interior points.
+"""Find exact states of scenes of any size by two programs in turn, solved by interior points.
 
-The first program finds, from forces near a state, the mechanism that leaves least energy z·p for them. The
-second finds, for the rates of that mechanism, forces of low λ that leave little energy. Interior points bring
-the energy to some 1e-8 of λ, on façades where simplex would take minutes.
+The first program finds the mechanism that leaves least energy z·p for forces near a state. The second
+program finds forces of low λ that leave little energy for the rates of this mechanism. Interior point methods
+reduce the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
 """
 
 from collections.abc import Callable, Iterable
@@ -14,33 +14,34 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.settings import WEIGHT
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Weight of the energy z·p over λ where a mechanism is known roughly: λ must fall by more than so many times
-#: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
-WEIGHT = 30.0
-
-#: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy. In
-#: space exact states lie further apart, and a weight that rises slowly leads lower; where it leads to none,
-#: as on many rings of wedges, a large one from the start stays near the forces given.
+#: Series of weights of the energy over λ, in the plane. Smaller weights let λ fall further, and larger ones
+#: leave less energy.
 _WEIGHTS = ((1e3, 1e4),)
+
+#: Series of weights in space. The next series is tried if one leads to no state. States lie further apart
+#: than in the plane, and weights that rise slowly lead lower. Large weights from the start stay near the
+#: first forces, which helps on many rings of wedges.
 _WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1e5, 1e6]))
 
-#: Tolerances of the solver, the next where it does not come to one: at 1e-10 forces of façades exceed yield
-#: by 3e-8. In the plane a program that is not solved to the first is given up.
+#: Tolerances of the solver in space; the next one is tried if the solver does not reach one. In the plane
+#: only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
 _TOLERANCES = (1e-11, 1e-10, 1e-9)
 
-_LEFT = 1e-5  #: Energy that a state may leave, over λ: with more another start is better.
+#: Largest energy of a state, relative to λ. If more energy is left, another start is better.
+_LEFT = 1e-5
 _PURPOSE = "exact state"  #: Name of this use of a solver in a result.
 
 
 class _PlaneForces:
-    """The program of forces in the plane: :class:`CvxpyForces` with the cost of the energy as a parameter."""
+    """Program of forces in the plane: :class:`CvxpyForces` with the cost of the energy as a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -50,11 +51,11 @@ class _PlaneForces:
 
     def set(self, p: np.ndarray, weight: float) -> None:
         """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
-        self._cost.value = energy_costs(self._problem, p, weight)[1]
+        self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 
 class _PlaneMotion:
-    """The program of a mechanism in the plane: :class:`CvxpyMotion` with the slacks as a parameter."""
+    """Program of a mechanism in the plane: :class:`CvxpyMotion` with the slacks as a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -68,7 +69,7 @@ class _PlaneMotion:
 
 
 class ExactPrograms:
-    """The two programs of one problem, each declared and compiled once, however often they are solved.
+    """The two programs of one problem, each declared and compiled once.
 
     A program that is not solved to the tolerance of the first solver is tried with the next solver. Every
     solve begins cold, so an answer does not depend on earlier solves. Forces and load factors are in the
@@ -85,24 +86,29 @@ class ExactPrograms:
 
     @cached_property
     def _forces(self) -> ConeForces | _PlaneForces:
+        """Return the program of forces."""
         with self._effort.measure("build"):
             return (ConeForces if self._problem.by_friction.conic else _PlaneForces)(self._problem)
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
+        """Return the program of a mechanism, for the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
 
     @cached_property
     def _engines_of_forces(self) -> list[CvxpyEngine]:
+        """Return the engines that solve the program of forces, one for each solver."""
         return self._engines(self._forces.program)
 
     @cached_property
     def _engines_of_motion(self) -> list[CvxpyEngine]:
+        """Return the engines that solve the program of a mechanism, one for each solver."""
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
+        """Return the engines that solve a program, one for each solver, in order."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
@@ -145,7 +151,7 @@ class ExactPrograms:
 
 
 class Alternation:
-    """The two programs of one problem in turn, in space with friction by cones."""
+    """Solver that applies the two programs of one problem in turn; in space friction is by cones."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self._given, self._effort = problem, effort
@@ -158,7 +164,7 @@ class Alternation:
         self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return an alternation of another problem: programs serve one problem and one effort."""
+        """Return the alternation for a problem and an effort; a new one if either differs."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort)
 
@@ -188,10 +194,11 @@ class Alternation:
     ) -> Answer | None:
         """Return the last state within the limits, an exact state if these weights lead to one."""
         problem, scaled = self._problem, self._scaled
-        # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
-        fits = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
-        forces: tuple[float, np.ndarray] | None = fits / scaled.load_factor, q / scaled.force
-        found: Answer | None = None
+        # Forces of compliant contacts, or under other loads, need not be in equilibrium with this load. The
+        # load factor is the one that fits best.
+        fitted = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
+        forces: tuple[float, np.ndarray] | None = fitted / scaled.load_factor, q / scaled.force
+        last: Answer | None = None
         for weight in (*weights, None):
             if forces is None:
                 break
@@ -200,14 +207,14 @@ class Alternation:
                 break
             load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
             answer = certified(problem, load_factor, q, d)
-            left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-            within = left <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
-            if within and (found is None or answer.exact or not found.exact):
-                found = answer
+            energy = over_load_factor(answer.certificate.complementarity, answer.load_factor)
+            is_within = energy <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
+            if is_within and (last is None or answer.exact or not last.exact):
+                last = answer
             if weight is not None:
                 p, d = problem.rates(d, problem.dilatancy), None
                 forces = self._programs.forces(p, weight, before_each)
-        return found
+        return last
 
 
 def alternation_of(task: Task) -> Alternation:

@@ -1,4 +1,4 @@
-"""Random forces in equilibrium, from which the two linear programs lead to different exact states."""
+"""Draw random forces in equilibrium, from which the two linear programs lead to different exact states."""
 
 from math import inf
 
@@ -15,7 +15,7 @@ _PURPOSE = "random forces"  #: Name of this use of the solver in a result.
 
 
 class RandomForces:
-    """Random vertices of the statics: forces in equilibrium and within yield at a given load factor.
+    """Generator of forces in equilibrium and within yield at a given load factor: vertices of the statics.
 
     A draw minimises the sum of the slacks of a random set of yield conditions. Draws at load factors below
     the lowest known lead to states that a growing load passes by. In space the sides of a polygon limit

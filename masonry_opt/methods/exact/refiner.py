@@ -1,12 +1,13 @@
-"""Exact refinement by two linear programs with warm starts.
+"""Find exact states by two linear programs with warm starts.
 
-(a) Mechanism: with the yield slacks z of a state held fixed, minimise z·p over the kinematics of the
-joints' own flow rule; the faces with p > 0 are its support S.
-(b) Statics: minimise λ subject to equilibrium and yield with z = 0 on S.
+(a) Mechanism: for the yield slacks z of a state, minimise z·p over the kinematics of the joints' own flow
+rule. The faces with p > 0 are the support S of the mechanism.
 
-The state of (b) and the mechanism of (a) meet every condition exactly. The duals of z = 0 on S tell
-which faces hold λ up, and how strongly; another mechanism among the faces now at yield, that moves them
-least, may lower it.
+(b) Statics: minimise λ subject to equilibrium and yield, with z = 0 on S.
+
+The state of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
+z = 0 on S show which faces hold λ up, and how strongly. Another mechanism among the faces at yield, which
+moves these faces least, may have a lower λ.
 """
 
 import time
@@ -14,6 +15,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,57 +25,83 @@ from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import WEIGHT, Alternation
+from masonry_opt.methods.exact.settings import WEIGHT
 from masonry_opt.methods.task import Task
-from masonry_opt.models.cvxpy_exact import energy_costs
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-SMALL = 60  #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
-_RESTS, _AT_YIELD = 1e-9, 1e-7  #: A rate above this is at work, and a slack below this at yield.
+if TYPE_CHECKING:
+    from masonry_opt.methods.exact.alternation import Alternation
 
-#: Of small scenes rates are at work above this share of the largest: corners moved by 1e-8 of a block turn
-#: rates of zero into some 1e-7. Where joints dilate by less than the second number such rates are their own.
-_AT_WORK, _HARDLY_DILATES = 1e-6, 1e-4
+#: Largest number of joints of a small scene. On larger scenes the simplex method takes several times as long
+#: with random costs.
+SMALL = 60
 
-#: Weight, over λ, of the energy that smaller rates leave, and the most over λ on such scenes: above 1e-8 the
-#: state is exact but for it.
-_SMALL_RATES, _LEFT = 10.0, 1e-6
+#: Rate above which a face is in the support of a mechanism.
+_RESTS = 1e-9
 
-_RANDOM = 1e-5  #: Share of random costs, of seed 0: of many optima, as of aligned joints, one is the least.
-_REPAIRS = 2  #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
-_LONGEST = 0.2  #: Seconds that a program may take, for each joint: HiGHS may do nothing for ever.
-_PURPOSE = "refinement"  #: What HiGHS does here, as a result tells it.
+#: Slack below which a face is at yield.
+_AT_YIELD = 1e-7
+
+#: Share of the largest rate above which a face of a small scene is in the support. It replaces ``_RESTS``,
+#: since corners that are off by 1e-8 of a block turn rates of zero into rates of about 1e-7.
+_AT_WORK = 1e-6
+
+#: Dilatancy below which dilating joints have small rates of their own, so that ``_RESTS`` is used.
+_HARDLY_DILATES = 1e-4
+
+#: Weight, relative to λ, of the energy of rates that are too small for the support.
+_SMALL_RATES = 10.0
+
+#: Largest energy of these rates in an exact state of a small scene, relative to λ. With an energy above 1e-8
+#: the state is exact except for its complementarity.
+_LEFT = 1e-6
+
+#: Size of the random costs, relative to the costs. They make one of many optima, as of aligned joints, the
+#: least. Their seed is 0.
+_RANDOM = 1e-5
+
+#: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead to low states.
+_REPAIRS = 2
+
+#: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.
+_LONGEST = 0.2
+
+_PURPOSE = "refinement"  #: Name of this use of HiGHS in a result.
 
 
 @dataclass(frozen=True)
 class ExactState:
-    """A state under the joints' own flow rule, exact to the solver's rounding."""
+    """State under the joints' own flow rule, exact to the solver's rounding."""
 
     problem: Problem
-    load_factor: float
+    load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    rates: np.ndarray  #: of the mechanism, shape (faces,)
-    strength: np.ndarray  #: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,)
-    below: float = inf  #: λ of a state below zero that lies on the way down from here; infinite without one
+    rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
+    strength: np.ndarray  #: dual variable of z = 0 of each moving face, which holds λ up, shape (faces,)
+    below: float = inf  #: λ below zero of a state to which the descent from this state leads; else infinite
 
     exact = Of[bool]("answer")
 
     @cached_property
     def answer(self) -> Answer:
-        """The state with its certificate."""
+        """Return the state with its certificate."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
 class OutOfTime(Exception):
-    """The deadline of a refiner has passed."""
+    """Error: the deadline of a state finder has passed."""
 
 
 def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
-    """:class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and ``CvxpyMotion`` without costs, as CVXPY
-    compiles them, but at once: columns "q" and "load_factor", rows "yield"; columns "p" and "d"."""
+    """Return the programs of forces and of a mechanism, without costs, built from the matrices.
+
+    They equal the programs that CVXPY compiles from :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and
+    ``CvxpyMotion``. The first has the columns "q" and "load_factor" and the rows "yield". The second has the
+    columns "p" and "d".
+    """
     (height, width), faces, live = problem.B.shape, problem.faces, sp.csc_array(problem.live[:, None])
     at_yield = sp.diags_array(-1 / problem.steep) @ problem.true_yield
     forces = LinearProgram(
@@ -100,23 +128,24 @@ def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
 
 
 def _numbers(count: int, first: int = 0) -> np.ndarray:
+    """Return consecutive column or row numbers, from the first on."""
     return np.arange(first, first + count, dtype=np.int32)
 
 
 class StateFinder(ABC):
-    """What leads forces to exact states."""
+    """Base class of objects that find the exact state near given forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: time of ``time.perf_counter`` from which every program raises OutOfTime
-        #: Programs of the last descent that the solver neither solved nor found infeasible: with any of them
-        #: it is not known that nothing lowers λ. None where nothing is known of what does.
+        #: Number of programs of the last descent that the solver neither solved nor found infeasible. If it
+        #: is not zero, a lower state may have been missed. None if the finder does not count them.
         self.undecided: int | None = None
-        self.size: LpSize | None = None  #: of a linear program that is solved again and again
+        self.size: LpSize | None = None  #: size of the linear program that is solved repeatedly
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """The exact state that forces (3c,) lead to; None if they lead to none."""
+        """Return the exact state that forces, shape (3c,), lead to; None if they lead to none."""
 
     @property
     def seconds_left(self) -> float:
@@ -130,7 +159,7 @@ class StateFinder(ABC):
 
 
 class Refiner(StateFinder):
-    """The two linear programs of one problem, loaded once."""
+    """State finder by the two linear programs of one problem, which are loaded once."""
 
     undecided: int
 
@@ -140,9 +169,10 @@ class Refiner(StateFinder):
         self._small = small = problem.joints <= SMALL
         hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
         self._roughly = small and not hardly.any()
-        # HiGHS drops entries below 1e-9 unless told: joints askew by as little then contradict each other.
-        drops = 1e-12 if small else 1e-9
-        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=drops)
+        # By default HiGHS drops entries below 1e-9. Rows of joints that are skew by less then contradict each
+        # other.
+        smallest_entry = 1e-12 if small else 1e-9
+        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest_entry)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
@@ -152,8 +182,10 @@ class Refiner(StateFinder):
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """(a): rates (faces,) and velocities (3b,) of the mechanism of least cost·p in which the banned faces
-        are at rest; None if there is none."""
+        """Return rates, shape (faces,), and velocities, shape (3b,), of the mechanism of least cost·p.
+
+        This is program (a). The banned faces are at rest. None is returned if there is no mechanism.
+        """
         self._kinematics.set_costs("p", cost)
         self._kinematics.set_most("p", np.where(banned, 0.0, np.full(len(cost), inf)))
         if not self._solved(self._kinematics):
@@ -161,83 +193,105 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """(b): least load factor with every face at yield that is at work at these rates (faces,), beside
-        velocities (3b,); None if there is none."""
+        """Return the state of least λ with each face at yield that moves at these rates; None without one.
+
+        This is program (b). The rates, shape (faces,), and the velocities d, shape (3b,), are those of the
+        mechanism.
+        """
         support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
         small = np.where(support, 0.0, rates) * self._roughly
-        if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
+        if not self._forces_at(*self.problem.energy_costs(small, _SMALL_RATES), support):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
         return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
-        until λ falls no more, or would fall to zero; if its certificate bears it out: a joint without normal
-        force that contracts in both senses at once meets every row of the programs, and no flow rule."""
+        """Return the exact state that forces, shape (3c,), lead to; None if they lead to none.
+
+        The first state is on the mechanism that goes with the forces. Lower states on other mechanisms follow
+        until λ falls no more, or would fall to zero.
+
+        A state whose certificate exceeds the limits is not returned. A joint without normal force may
+        contract in both senses at once, which satisfies every row of the programs, but no flow rule.
+        """
         state, lower = None, self.first(q)
         while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
             state, lower = lower, self._lower(lower)
         if state is None:
             return None
-        left = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
-        if state.answer.failing(Kind.NEARLY_COMPLEMENTARY if self._roughly and left <= _LEFT else Kind.EXACT):
+        energy = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
+        is_nearly_exact = self._roughly and energy <= _LEFT
+        if state.answer.failing(Kind.NEARLY_COMPLEMENTARY if is_nearly_exact else Kind.EXACT):
             return None
         if lower and lower.exact and not self._weightless(lower):
             return replace(state, below=lower.load_factor)
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """(a) and (b) from forces (3c,); where no statics bring the whole support to yield, without random
-        costs, which may choose faces whose yield is one condition but for rounding, and then from the forces
-        that come nearest (least p·z)."""
+        """Return the state that programs (a) and (b) lead to from forces, shape (3c,); None without one.
+
+        If no forces bring the whole support to yield, these attempts follow:
+
+        - on small scenes, one without random costs, since these may choose faces whose yield conditions are
+          equal except for rounding;
+        - from the forces that come nearest to yield, with least z·p.
+        """
         for at_random in (*[True] * self._small, *[False] * _REPAIRS):
             cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
-            found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
-            if found is None:
+            mechanism = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
+            if mechanism is None:
                 return None
-            if exact := self.least(*found):
+            exact = self.least(*mechanism)
+            if exact:
                 return exact
             if at_random:
                 continue
-            if not self._forces_at(*energy_costs(self.problem, found[0], WEIGHT)):
+            if not self._forces_at(*self.problem.energy_costs(mechanism[0], WEIGHT)):
                 return None
             q = self._statics.values("q")
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """A lower state: on the mechanism among the faces at yield that moves least of those that hold λ up,
-        each weighed by how strongly it does, unless what moves there weighs nothing; or else on the mechanism
-        that goes with the state's forces."""
+        """Return a state with lower λ than a state; None if none is found.
+
+        Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
+        each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism
+        that goes with the forces of the state is tried.
+        """
         self.undecided = 0
         if state.strength.any():
             slack = self.problem.slacks(state.q) / self.problem.steep
-            found = self.mechanism(state.strength / state.strength.max(), slack > _AT_YIELD)
-            lower = found and self.least(*found)
+            mechanism = self.mechanism(state.strength / state.strength.max(), slack > _AT_YIELD)
+            lower = mechanism and self.least(*mechanism)
             if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
                 return lower
         again = self.first(state.q)
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
+        """Return True if λ is below zero, and all moving blocks have no load at this λ."""
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
-        cost of shape (k,), and the rates (faces,) that go with them; None if there are none."""
+        """Return forces that maximise λ Σ|f_L| − cost·n, and their rates; None if there are none.
+
+        The shapes are (3c,) and (faces,). The cost, shape (k,), is of the joints that can slide.
+        """
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Whether there are forces of least cost with the held faces, if any, at yield."""
+        """Find forces of least cost with the held faces at yield, and return True if there are any."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost + self._random_of_forces)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
+        """Return True if the program has an optimum. Raises OutOfTime at the deadline."""
         self.check_time()
         verdict = session.solve(min(self.seconds_left, _LONGEST * self.problem.joints))
         if verdict is Verdict.FAILED:
@@ -247,16 +301,19 @@ class Refiner(StateFinder):
 
 
 def refiner_of(task: Task) -> Refiner:
-    """The programs of a task's problem."""
+    """Return a refiner of the problem of a task."""
     with task.effort.measure("build"):
         return Refiner(task.problem, task.effort)
 
 
 class ConeRefiner(StateFinder):
-    """The alternation of two cone programs. It reports neither what holds λ up nor neighbours of a state."""
+    """State finder by the alternation of two cone programs.
+
+    It does not report the faces that hold λ up, so that neighbours of its states are not known.
+    """
 
     def __init__(
-        self, problem: Problem, effort: Effort, alternation: Alternation, weights: tuple[float, ...] = ()
+        self, problem: Problem, effort: Effort, alternation: "Alternation", weights: tuple[float, ...] = ()
     ) -> None:
         super().__init__(problem, effort)
         self._alternation, self._weights = alternation, weights
@@ -270,6 +327,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Return an answer as an exact state of which the conditions that hold λ up are not known."""
+    """Return an answer as an exact state; the conditions that hold its λ up are not known."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

@@ -1,6 +1,6 @@
-"""The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
+"""Search for lower exact states from other starts and in the neighbourhood of the lowest state, in turn."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import cycle, islice
@@ -15,14 +15,15 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
+from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
-from masonry_opt.methods.push.compliant import self_stress
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.problem import Problem
 
 #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
 _MOST_ITERATIONS = 15
-#: The fixed-point iteration has converged when the relative change of its costs is below this.
+
+#: Relative change of the costs below which the fixed-point iteration has converged.
 _CONVERGED = 1e-7
 
 #: Kind of a start, and the exact state to which it led.
@@ -30,15 +31,15 @@ Candidate = tuple[str, ExactState | None]
 
 
 class Met:
-    """Exact states met."""
+    """Record of the starts of a search, and of the exact states to which they led."""
 
     def __init__(self) -> None:
-        self.load_factors: list[float] = []  #: each once
-        self.candidates = 0  #: with or without a state
-        self.lowest = inf  #: least load factor of a state that tells of the load, kept or not
+        self.load_factors: list[float] = []  #: different load factors of the states, in order of discovery
+        self.candidates = 0  #: number of starts, with or without a state
+        self.lowest = inf  #: least load factor of a physically meaningful state, even if it is not the answer
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a candidate, and its state if it has one."""
+        """Count a start, and record the load factor of its state if there is one."""
         self.candidates += 1
         if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
@@ -46,7 +47,7 @@ class Met:
     @property
     def _above_zero(self) -> list[float]:
         """Load factors above zero of the different states; all load factors if none lies above zero."""
-        return [one for one in self.load_factors if one > ZERO] or self.load_factors
+        return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
@@ -56,18 +57,18 @@ class Met:
     @property
     def reasons(self) -> list[Reason]:
         """Reasons that count the states above zero, and name the lowest state if it lies at or below zero."""
-        found = self._above_zero
-        told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
+        above = self._above_zero
+        values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
-        return [reason(Code.STATES_MET, **told), *below]
+        return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
         """Return a solution that reports the starts, and the exact states that they led to."""
         if not self.load_factors:
             return solution
-        beneath = self.lowest if self._has_state_below else inf
+        below_zero = self.lowest if self._has_state_below else inf
         states = len(self._above_zero)
-        solution = replace(solution, starts=self.candidates, exact_states=states, below_zero=beneath)
+        solution = replace(solution, starts=self.candidates, exact_states=states, below_zero=below_zero)
         return solution.telling(*self.reasons)
 
 
@@ -75,17 +76,23 @@ class Search:
     """Search for lower exact states of one problem, from many starts and around the lowest state."""
 
     def __init__(
-        self, finder: StateFinder, elastic: Elastic, met: Met, settings: SearchSettings = SEARCH
+        self,
+        finder: StateFinder,
+        analysis: IncrementalAnalysis,
+        met: Met,
+        settings: SearchSettings = SEARCH,
     ) -> None:
-        self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
+        self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
 
     @cached_property
     def _random(self) -> RandomForces:
+        """Return the generator of random forces, whose program is loaded once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
+        """Return the largest load factor that statics allow; None if none or any load factor is possible."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
@@ -105,11 +112,18 @@ class Search:
             if in_vain >= self._settings.starts_in_vain:
                 return
 
-    def fixed_number(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
+    def fixed_number(
+        self, lowest: ExactState | None, forces: Iterable[np.ndarray]
+    ) -> Iterator[ExactState | None]:
         """Yield the states of a number of further starts that depends on the scene alone, not on time.
 
-        On scenes with many contacts the only start is the one from the forces of the lowest state.
+        The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts the only
+        other start is the one from the forces of the lowest state.
         """
+        for q in forces:
+            state = self.start(q)
+            lowest = lower_of(lowest, state)
+            yield state
         if self.problem.joints > self._settings.most_contacts:
             if lowest is not None:
                 yield self.start(lowest.q)
@@ -154,28 +168,27 @@ class Search:
         load_factor = known * rng.uniform(*self._settings.load_shares)
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
-    def _pushed(self, problem: Problem) -> np.ndarray | None:
-        settings = self._settings
-        until = settings.displacement_in_space if problem.layout.round else settings.displacement
+    def _loaded(self, problem: Problem) -> np.ndarray | None:
+        """Return the forces of a load history, at a share of its largest load; None if it has no collapse."""
         with self._finder.effort.measure("solve"):
-            elastic = self._elastic.again_for(problem)
-            pushed = elastic.pushed(lambda _: self._finder.check_time(), until, rougher=True)
-            state = elastic.at(pushed, until)
-        return None if state is None else state.answer.q
+            result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
+        if result.load_factor is None:
+            return None
+        return result.history.state_at(self._settings.history_share * result.carried)[1]
 
     def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a push with the loads of each block changed at random."""
+        """Return the forces of a load history with the loads of each block changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
         dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
             problem.dead,
             problem.live,
         ]
-        return self._pushed(replace(problem, dead=dead, live=live))
+        return self._loaded(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a push that starts from another random preload."""
+        """Return the forces of a load history from another random preload."""
         settled = self_stress(self.problem, rng)
-        return None if settled is None else self._pushed(replace(self.problem, settled=settled))
+        return None if settled is None else self._loaded(replace(self.problem, settled=settled))
 
     def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
@@ -188,10 +201,10 @@ class Search:
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
         for _ in range(_MOST_ITERATIONS):
-            found = self._finder.at_cost(cost)
-            if found is None:
+            forces_and_rates = self._finder.at_cost(cost)
+            if forces_and_rates is None:
                 return None
-            q, p = found
+            q, p = forces_and_rates
             last, cost = cost, closing * problem.table.slip_speed(p)
             if np.abs(cost - last).max(initial=0.0) <= _CONVERGED * max(1.0, last.max(initial=0.0)):
                 break
@@ -220,8 +233,11 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """The lower state, of even ones the exact or the first. One at or below zero, where a scene needs no load
-    to move, is the lower of two such states alone."""
+    """Return the lower of two states.
+
+    - Of two states with equal load factors, it is the exact one, or else the first.
+    - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.
+    """
     if one is None or other is None:
         return one or other
     if one.exact != other.exact and same(one.load_factor, other.load_factor):
@@ -231,17 +247,20 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"
-_RANDOM_FORCES = "random forces"
-_STRESS = "self-stress"
-_FIXED = "fixed point"
-_NEIGHBOUR = "neighbour"
+_LOWEST = "lowest state"  #: Kind of a start from the forces of the lowest state.
+_RANDOM_FORCES = "random forces"  #: Kind of a start from random forces in equilibrium.
+_STRESS = "self-stress"  #: Kind of a start from a load history with a random preload.
+_FIXED = "fixed point"  #: Kind of a start from a fixed point of the costs of normal forces.
+_NEIGHBOUR = "neighbour"  #: Kind of a start near the lowest state.
 
 #: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
-#: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
+#: come first if a scene has such forces: a tie at its strength hides states in which it does not yield.
 _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
 
+#: Function that returns the forces of a start, from the search, the lowest state and a random generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
+
+#: Functions of the starts, by kind.
 _STARTS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
@@ -252,8 +271,8 @@ _STARTS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
-#: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
+#: of a load history, and a fixed point a third. Fixed points lead lower if a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in turn. Random forces lead lower in less time than pushes do.
+#: Kinds of starts in space, in turn. Random forces lead lower in less time than load histories do.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

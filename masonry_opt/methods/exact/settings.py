@@ -1,6 +1,10 @@
-"""Settings of the search for lower exact states."""
+"""Define the settings of the search for lower exact states."""
 
 from dataclasses import dataclass
+
+#: Weight of the energy z·p over λ if a mechanism is known roughly. If smaller, more energy is left: on
+#: façades half as much again with 10. If larger, λ is higher: by up to 0.2 % with 100.
+WEIGHT = 30.0
 
 
 @dataclass(frozen=True)
@@ -22,8 +26,12 @@ class SearchSettings:
     #: scene in the plane. More starts take proportionally longer, and find states that few starts lead to.
     starts_in_vain: int = 100
 
-    #: Number of further starts of the default in space. More starts find lower states more often, and take
-    #: proportionally longer.
+    #: Load steps whose forces are the first of the further starts of the default in space, as shares of the
+    #: number of steps. The forces of earlier steps lead to other states than those at the collapse.
+    steps_in_space: tuple[float, ...] = (0.9, 0.5)
+
+    #: Number of other further starts of the default in space. More starts find lower states more often, and
+    #: take proportionally longer.
     starts_in_space: int = 6
 
     #: Weights of the energy over λ, in turn, for the further starts of the default in space. Fewer weights
@@ -33,6 +41,10 @@ class SearchSettings:
     #: Number of contacts in space above which the default takes one further start alone, from the forces of
     #: the lowest state. On larger scenes random forces take longer than all steps before.
     most_contacts: int = 250
+
+    #: Joints in the plane up to which linear programs are solved by the simplex method. On larger scenes the
+    #: simplex method takes longer than all other steps together, and interior points are faster.
+    simplex_up_to: int = 500
 
     #: Number of starts below which equal load factors are reported as little evidence.
     few_starts: int = 8
@@ -44,16 +56,13 @@ class SearchSettings:
     #: leads further away from the state.
     released_share: float = 0.02
 
-    #: Displacement at which the forces of a push are taken as a start in the plane. Larger ones lead to the
-    #: push's own collapse state.
-    displacement: float = 1e4
-    #: Displacement at which the forces of a push are taken as a start in space. Forces of softer contacts, at
-    #: smaller displacements, lead to lower states.
-    displacement_in_space: float = 1e2
+    #: Share of the largest load of a load history under which its forces are taken as a start. A larger share
+    #: leads to the collapse state of the history itself.
+    history_share: float = 1.0
 
     #: Standard deviation of the logarithm of the factors by which a start changes the loads of each block.
     load_deviation: float = 0.5
 
 
-#: Settings with their defaults, which the default method and ``refined`` use.
+#: Default settings, which method "coulomb" uses with and without its search.
 SEARCH = SearchSettings()

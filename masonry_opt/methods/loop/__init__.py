@@ -1,1 +1,7 @@
-"""The loop of section 4.2: the six steps; beside them when to stop, the exact end and remedies."""
+"""The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2, with its exact end and its remedies.
+
+- ``steps``: the six steps of the paper.
+- ``run``: one run of the loop; when it stops, and the exact state in which it ends.
+- ``options``: the options of the method, and the parameters of a run.
+- ``nonassociative``: the method, which begins another run if one fails.
+"""

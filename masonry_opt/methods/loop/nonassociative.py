@@ -1,4 +1,4 @@
-"""Method "nonassociative": runs of the loop, and what is tried where one fails."""
+"""Method "nonassociative": the loop of section 4.2, and the remedies for a run that fails."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -19,22 +19,24 @@ from masonry_opt.standing.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Why a load factor that a run converged to is not taken, while something is left to try."""
+    """Reasons not to accept the load factor to which a run converged, while a remedy is left to try."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged roughly where the flow rule has no influence"
 
 
+#: Ways in which a run fails.
 Failure = Status | Shortfall
 
-#: What to work with after a run that worked with this; None if that was tried.
+#: Function that takes the last attempt and returns the next one; None if it would change nothing.
 Remedy = Callable[[Attempt], Attempt | None]
 
-_Left = dict[Failure | None, Iterator[Remedy]]  #: What is left to try, by failure.
+#: Remedies that are not tried yet, by failure.
+_RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Sub-problems solved as exactly as any program: a rough answer proves little."""
+    """Return the attempt with accurate sub-problems, since rough ones prove little; None if already tried."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -42,34 +44,43 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """A contracting limit |s| ≤ c − αμn also caps n at c / (αμ): a smaller slope raises the cap."""
+    """Return the attempt with a third of the slope α; None if α has reached ``alpha_min``.
+
+    A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
+    """
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
     return _with(last, "alpha", last.parameters.alpha / 3)
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
+    """Return the attempt with half the weight β of the newest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Section 6.3: a start that dilatancy cannot lock."""
+    """Return the attempt with the cohesive start of section 6.3; None if already tried.
+
+    Dilatancy cannot lock this start.
+    """
     return None if last.parameters.start == "cohesive" else _with(last, "start", "cohesive")
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
+    """Return the attempt with Clarabel, or after Clarabel with the interior points of HiGHS."""
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    word = value if isinstance(value, str) else f"{value:.2g}"
+    """Return the attempt with another value of one option, which its remedy names."""
+    text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
-    return replace(last, parameters=parameters, remedy=f"{option}={word}")
+    return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
-#: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which method "mcp" solves.)
+#: Remedies after each failure, in order; each entry is tried once. Each remedy answers a scene of the failure
+#: atlas. More or less small cohesion is no remedy: it answered 3 of 193 scenes, which "coulomb" solves too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -83,14 +94,14 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """A run of the loop: what it worked with, and what it found."""
+    """A finished run of the loop."""
 
-    attempt: Attempt
+    attempt: Attempt  #: parameters and solver of the run
     solution: Solution
 
     @property
     def failure(self) -> Failure | None:
-        """How it failed; None if what it found decides the matter."""
+        """Return the failure of the run; None if its solution is final."""
         parameters, solution = self.attempt.parameters, self.solution
         if solution.answer is None:
             return None if solution.status is Status.JAMMED else solution.status
@@ -102,19 +113,22 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Load factor with the joints' own flow rule (Coulomb: no dilatancy).
+    """Return the solution by the loop, with the joints' own flow rule (Coulomb: no dilatancy).
 
-    Where a run of the loop fails, others follow with what ``REMEDIES`` lists for its failure, each recorded
-    in the history and the reasons.
+    If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
+    The history and the reasons record each run.
     """
-    given, options = task.problem, task.options or LoopOptions()
-    attempt: Attempt | None = Attempt(options.parameters(given.joints, task.solver), task.solver)
+    original, options = task.problem, task.options or LoopOptions()
+    attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
+    # Solver and tolerance for which the driver of the sub-problems is compiled.
     declared: tuple[Solver, float | None] | None = None
-    left: _Left = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    least: float | None = None  # of a sub-problem whose state bears it out under the joints' own flow rule
+    remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
+    # The least load factor of a sub-problem whose state meets the conditions of the joints' own flow rule.
+    least: float | None = None
 
     def follow(step: Iteration) -> None:
+        """Keep the least certified load factor, and report the step."""
         nonlocal least
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least):
@@ -125,53 +139,65 @@ def nonassociative(task: Task) -> Solution:
     while attempt is not None:
         if declared != (attempt.solver, attempt.parameters.tolerance):
             declared = attempt.solver, attempt.parameters.tolerance
-            problem = given.by_cone if attempt.solver.entry.conic else given
+            problem = original.by_cone if attempt.solver.entry.conic else original
             driver = _declared(task, problem, *declared)
         solution = Run(problem, driver, attempt).follow(follow)
         if not solution.history:
             word = solution.reasons[0].values["word"]
-            status, why = no_optimum(given, word, attempt.solver, task.effort)
+            status, why = no_optimum(original, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
         runs.append(_Ran(attempt, solution))
-        attempt = _next(runs, left, options)
+        attempt = _next(runs, remaining, options)
     solution = _gathered(runs, options, reason(Code.LEAST_BORNE_OUT, load_factor=least))
     return replace(solution, size=driver.size())
 
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
-    # What is solved roughly is equally rough at every size in units of the load.
+    """Return the driver of the sub-problems, compiled for this solver and tolerance."""
+    # In units of the load, the error of a rough solution does not grow with the scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
     return task.kept.driver(problem, "static", solver, task.effort, **how)
 
 
-def _next(runs: list[_Ran], left: _Left, options: LoopOptions) -> Attempt | None:
-    """What to try after the last run, taken from what is left; None if nothing is, or need not."""
+def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
+    """Return the next attempt, by the next remedy for the last run's failure.
+
+    None is returned if the last run decides the matter, or if no wanted remedy remains.
+    """
     last = runs[-1]
-    for remedy in left.get(last.failure, ()):
-        wanted = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]
-        following = remedy(last.attempt) if wanted or last.failure is Shortfall.ROUGH else None
+    for remedy in remaining.get(last.failure, ()):
+        is_wanted = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]
+        following = remedy(last.attempt) if is_wanted or last.failure is Shortfall.ROUGH else None
         if following is not None:
             return replace(following, number=len(runs) + 1)
     return None
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution:
-    """The solution of the last run if it decides the matter (or less slope alone was wanted), else of the
-    first whose load factor passes, else of the first; with the history of all, and the least load factor met
-    where it did not come to an end."""
+    """Return one solution for all runs, with the history of all runs.
+
+    It is the solution of
+
+    - the last run, if that run is final, or if only less slope was wanted and every sub-problem had a state;
+    - otherwise the first run whose load factor is within the limits of acceptance;
+    - otherwise the first run.
+
+    ``least`` is the reason that names the least certified load factor of a sub-problem. It is added if the
+    run did not converge.
+    """
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
     passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]
-    kept = last if decided else next(iter([*passing, runs[0]]))
-    solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
+    chosen = last if decided else next(iter([*passing, runs[0]]))
+    solution, remedies = chosen.solution, [ran.attempt.remedy for ran in runs[1:]]
     if solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
         solution = solution.telling(least)
     if remedies:
-        if kept.failure is Status.LOCKED:
+        if chosen.failure is Status.LOCKED:
             solution = replace(solution, reasons=(reason(Code.DILATANCY_LOCKS),))
         again = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
         solution = solution.telling_first(again) if decided else solution.telling(again)
     history = tuple(entry for ran in runs for entry in ran.solution.history)
-    return replace(solution, solver=kept.attempt.solver, history=history)
+    return replace(solution, solver=chosen.attempt.solver, history=history)

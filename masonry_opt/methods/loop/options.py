@@ -1,4 +1,4 @@
-"""Options of the loop, and the parameters that a run works with."""
+"""Define the options of the loop, and the parameters of one run."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: The preset "paper": section 5, "unless stated otherwise", and neither an exact end nor remedies. A
-#: sub-problem without a state, which the paper does not mention, makes the loop begin again with less slope.
+#: Values of the preset "paper": section 5, "unless stated otherwise", with neither an exact end nor remedies.
+#: The paper does not mention sub-problems without a state. After one the loop begins again with less slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -22,45 +22,53 @@ PAPER: dict[str, Any] = {
     "remedies": "slope",
 }
 
-#: What a run with accurate or rough sub-problems works with, where nothing else is given.
+#: Default parameters of a run with accurate sub-problems: those of section 5.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
+
+#: Default parameters of a run with rough sub-problems: fewer values of α, and a larger tolerance.
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
-ROUGH_FROM = 1000  #: Joints from which on sub-problems are solved roughly, with a solver that can.
+#: Number of joints from which sub-problems are solved roughly by default, if the solver can stop early.
+ROUGH_FROM = 1000
 
 
 class LoopOptions(Options):
-    """Parameters of the loop.
+    """Options of the loop.
 
     Attributes
     ----------
-    preset: "paper": the paper's loop and nothing else (:data:`PAPER`); what is given beside it counts.
-    sub_problems: "accurate": section 5's parameters (alpha 0.3, halved; beta 0.6), sub-problems solved as
-        exactly as any program. "rough": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of roughly solved
-        sub-problems (1e-4, in units of the load), which ends as soon as exact forces leave next to no energy
-        in a mechanism near its last one. It may end lower or higher (on the walls of Table 1 from 3 % below
-        to 16 % above); other methods start from accurate ones. Default: rough from 1000 joints (in space
-        contact points) on, with a solver that stops early when it is asked to (Clarabel).
-    alpha: slope of the contracting shear limit over μ, at first: a small value, 0 ≤ alpha ≤ 1.
-    alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
-    beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
+    preset: "paper" for the paper's loop alone, with the values of :data:`PAPER`. Options that are set as well
+        replace the values of the preset.
+    sub_problems: "accurate" or "rough". The default is "rough" from 1000 joints (in space contact points),
+        with a solver that can stop early (Clarabel). Otherwise the default is "accurate".
+
+        - "accurate": the parameters of section 5 (alpha 0.3, halved; beta 0.6). Sub-problems are solved with
+          the solver's usual tolerance.
+        - "rough": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of sub-problems solved to 1e-4, in
+          units of the load. The series ends as soon as exact forces leave next to no energy in a mechanism
+          near its last one. The load factor may be lower or higher than with accurate sub-problems: on the
+          walls of Table 1 from 3 % below to 16 % above. Other methods start from accurate sub-problems.
+    alpha: first slope of the contracting shear limit, relative to μ: a small value, 0 ≤ alpha ≤ 1.
+    alpha_min: smallest slope, relative to μ. The slope shrinks to this value and then stays constant (the
+        last step may undershoot it once).
+    beta: weight of the newest normal forces against the forces before, 0 < beta ≤ 1.
     tol: relative change of λ at which the loop stops.
-    c0: small cohesion, as a fraction of the largest normal force of the first sub-problem (of each
-        part of the scene that stands by itself; of 1000 times what acts on a joint's own blocks at most).
+    c0: small cohesion, relative to the largest normal force of the first sub-problem in the joint's connected
+        component. This force counts up to 1000 times the largest force on the joint's own blocks.
     start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
-    trial_cohesion: of the cohesive start, in median block weights; raised while no state exists.
-    max_iterations: sub-problems before a run of the loop gives up.
-    always: run the loop even where the associative answer obeys the joints' own flow rule: a lower
-        load factor may exist elsewhere in the scene.
-    finish: end with exact forces: one more linear program finds, of the states that hold the mechanism
-        found at yield, the one with the nearest load factor. After rough sub-problems two do: forces that
-        leave least energy in faces that move without being at yield, then the mechanism that leaves least for
-        them.
-    remedies: what is tried where a run of the loop fails: "all", "slope" (only begin again with less
-        slope, after a sub-problem without a state), or "none". Whatever is asked, an associative answer that
-        was found roughly is solved accurately.
-    revise: another way to turn the shear limits (section 6.4): called with a
-        :class:`~masonry_opt.methods.loop.steps.LimitUpdate`, returns the next ``ShearLimits``.
+    trial_cohesion: cohesion of the cohesive start, in median block weights. It is raised while no state
+        exists.
+    max_iterations: largest number of sub-problems in a run of the loop.
+    always: True to run the loop even if the associative answer obeys the joints' own flow rule. A lower load
+        factor may exist elsewhere in the scene.
+    finish: True to end with exact forces. One more linear program finds forces with the moving faces at
+        yield, and with the nearest load factor. After rough sub-problems two programs are solved. The first
+        finds forces that leave least energy in faces that move without being at yield. The second finds the
+        mechanism that leaves least energy for these forces.
+    remedies: changes that are tried if a run of the loop fails: "all", "slope" (only less slope, after a
+        sub-problem without a state), or "none". A rough associative answer is always solved accurately.
+    revise: function that replaces the rule for the shear limits (section 6.4). It takes a
+        :class:`~masonry_opt.methods.loop.steps.LimitUpdate` and returns the next ``ShearLimits``.
     """
 
     preset: Literal["paper"] | None = None
@@ -81,32 +89,33 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        paper = isinstance(given, dict) and given.get("preset") == "paper"
-        return PAPER | given if paper else given
+        """Return the options with the values of the preset, if it is "paper", for all that are not set."""
+        has_preset = isinstance(given, dict) and given.get("preset") == "paper"
+        return PAPER | given if has_preset else given
 
     def parameters(self, joints: int, solver: Solver) -> "LoopParameters":
-        """The parameters of a first run on a scene with so many joints, with a solver."""
-        by_default = joints >= ROUGH_FROM and solver.entry.stops_early
-        rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
+        """Return the parameters of the first run for a number of joints and a solver."""
+        rough_by_default = joints >= ROUGH_FROM and solver.entry.stops_early
+        rough = self.sub_problems == "rough" or (self.sub_problems is None and rough_by_default)
         given = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
         return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given)
 
 
 class LoopParameters(LoopOptions):
-    """What one run of the loop works with: the options, decided for a scene and a solver."""
+    """Parameters of one run of the loop: the options, decided for a scene and a solver."""
 
     alpha: float
     beta: float
-    shrink: float  #: factor on alpha from one sub-problem to the next (the paper: 1/2)
-    #: Feasibility and gap asked of the solver of sub-problems; None: the solver's own.
+    shrink: float  #: factor on alpha from one sub-problem to the next; 1/2 in the paper
+    #: Feasibility and gap that the solver of sub-problems must reach; None for the solver's usual tolerance.
     tolerance: float | None
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a run of the loop works with."""
+    """Parameters and solver of one run of the loop."""
 
     parameters: LoopParameters
     solver: Solver
-    remedy: str = ""  #: the option that was changed for it, such as "beta=0.3"
-    number: int = 1
+    remedy: str = ""  #: the option that was changed for this run, such as "beta=0.3"; "" for the first run
+    number: int = 1  #: number of the run, from 1

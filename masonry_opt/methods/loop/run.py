@@ -1,4 +1,4 @@
-"""One run of the loop, from its first sub-problem to its end: the record of each, and when it stops."""
+"""Run the loop once: record each sub-problem, decide when to stop, and find the exact state at the end."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -22,50 +22,64 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy by which sliding joints are off the true law, over λ, below which an early end is tried (on façades
-#: 1e-3 takes two to three times the sub-problems; what is found must leave no more than MOST_ENERGY), and so
-#: many sub-problems pass before the next.
-_NEARLY_TRUE, _PAUSE = 5e-3, 2
+#: Energy by which sliding joints are off the true law, relative to λ, below which an early end is tried. If
+#: smaller, more sub-problems are solved: on façades two to three times as many with 1e-3. The energy that the
+#: end leaves is limited by MOST_ENERGY.
+_NEARLY_TRUE = 5e-3
 
-#: The loop diverges if λ more than doubles so often in a row; or rises by so much at a time, so often in a
-#: row, to so many times where it began.
+#: Number of sub-problems from one try of an early end to the next.
+_PAUSE = 2
+
+#: Number of times in a row that λ more than doubles, after which the loop is taken to diverge.
 _DOUBLINGS = 5
-_RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 
-#: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
+#: Relative rise of λ from one sub-problem to the next that counts as steady growth.
+_RISE = 1e-2
+
+#: Number of such rises in a row after which the loop is taken to diverge, if λ has grown enough.
+_RISES = 30
+
+#: Growth of λ, relative to the first sub-problem, above which steady growth is taken as divergence.
+_GROWN = 1e3
+
+#: Largest number of sub-problems in a cycle that is looked for.
 LONGEST_PERIOD = 6
+
+#: Largest drift of λ from one cycle to the next, relative to the range of λ in the cycle. If larger, slowly
+#: damped oscillations are taken for cycles.
 _STEADY = 0.05
 
-#: Share of the largest rate above which a face moves: the first is above what solvers leave of a zero; the
-#: second is tried where that leads to no end, as in cycles of the atlas.
+#: Shares of the largest rate above which a face moves, tried in turn. The first is above the rates that
+#: solvers leave of a zero. The second is tried if the first leads to no exact state, as in some cycles.
 _SHARES = (1e-6, 1e-4)
-_PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
+
+_PURPOSE = "exact end"  #: Name of this use of a solver in a result.
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One sub-problem of the loop."""
+    """Record of one sub-problem in the history of the loop."""
 
-    iteration: int
+    iteration: int  #: number of the sub-problem in its run, from 1
     load_factor: float  #: λ of the sub-problem, uncorrected
-    alpha: float  #: slope of its shear limit over μ (NaN for the first)
-    change: float  #: largest change of a normal force since the last one, in median block weights
+    alpha: float  #: slope of the shear limit, relative to μ; NaN for the first sub-problem
+    change: float  #: largest change of a normal force since the last sub-problem, in median block weights
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated in the sub-problem's sliding, in units of λ
-    #: The same slips against the true law's shear limit (the paper's corrected energy), in units of λ.
+    #: energy of these slips at the true shear limits (the paper's corrected energy), in units of λ
     coulomb_sliding: float
-    #: Energy by which sliding joints are off the true law (the small cohesion apart), each counted for
-    #: itself, in units of λ.
+    #: sum over the joints of the absolute difference of these two energies, without the small cohesion, in
+    #: units of λ
     mismatch: float
-    seconds: float  #: the solver's time
-    attempt: int  #: number of the run of the loop
-    remedy: str  #: the option that was changed for it
-    solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; not kept in a history
+    seconds: float  #: time of the solver
+    attempt: int  #: number of the run of the loop, from 1
+    remedy: str  #: the option that was changed for the run; "" for the first run
+    solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; None in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
-    """The record of a sub-problem, given the state before it."""
+    """Return the record of a sub-problem; ``before`` is the state of the sub-problem before it."""
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
@@ -90,7 +104,10 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
 
 
 class Run:
-    """A run of the loop; of its driver, of a static model, the shear limits alone are changed."""
+    """One run of the loop.
+
+    The driver solves a static model, of which only the shear limits are changed.
+    """
 
     def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
         self.problem, self.driver, self.attempt = problem, driver, attempt
@@ -100,13 +117,17 @@ class Run:
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
-        #: Whether it ends as soon as there is an exact state.
+        #: True if the run ends as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it.
+        #: True if the first load factor is the associative one. Rough sub-problems differ from it by up to
+        #: 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
-        """Follow the loop to its end."""
+        """Solve sub-problems until the run ends, and return its solution.
+
+        ``progress`` is called with the record of each sub-problem.
+        """
         problem, steps = self.problem, sub_problems(self.problem, self.driver, self.parameters)
         for last in islice(steps, self.parameters.max_iterations):
             if isinstance(last, Solved):
@@ -120,20 +141,25 @@ class Run:
             associative = self.load_factors[0] + 0.0 if self.first_is_associative else None
             self.ending = replace(self.ending, found=found, history=history, associative=associative)
             progress(entry)
-            if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
+            ended = self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry)
+            if ended:
                 return ended
-        late = self.load_factors[-LONGEST_PERIOD:]
-        told = {"count": len(self.load_factors), "lowest": min(late), "highest": max(late)}
-        return self.ending.telling(reason(Code.STILL_CHANGES, **told))
+        latest = self.load_factors[-LONGEST_PERIOD:]
+        values = {"count": len(self.load_factors), "lowest": min(latest), "highest": max(latest)}
+        return self.ending.telling(reason(Code.STILL_CHANGES, **values))
 
     def _without_optimum(self, last: Solved) -> Solution:
+        """Return the solution of a run whose last sub-problem has no optimum."""
         number, none = len(self.load_factors) + 1, replace(self.ending, found=Found())
         if number == 1 or last.failed:
             return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.status)
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
 
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
-        """The first answer where it is the last: the associative one obeys the joints' own flow rule."""
+        """Return the associative answer if it obeys the joints' own flow rule, which ends the run; else None.
+
+        None is returned for a cohesive start and with the option ``always``.
+        """
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return None
@@ -142,13 +168,23 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Step 3, and the other ways in which a run ends; None while it goes on."""
+        """Return the solution if the run ends with this sub-problem, else None.
+
+        A run ends in one of these cases:
+
+        - λ has converged (step 3);
+        - exact forces are found early;
+        - λ diverges;
+        - the sub-problems repeat in a cycle.
+        """
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
-            nearly = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Only runs that may end early pause between their tries: the others end where λ stands still.
-            if (nearly or last.stands_still) and (last.number >= self.next_try or not self.early):
-                if exact := self._exact_end(last):
+            is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
+            # Only runs that may end early pause between their tries. Other runs end when λ has converged.
+            may_try = last.number >= self.next_try or not self.early
+            if (is_nearly_true or last.stands_still) and may_try:
+                exact = self._exact_end(last)
+                if exact:
                     return exact
                 self.next_try = last.number + _PAUSE
             if last.stands_still and not self.early:
@@ -157,34 +193,40 @@ class Run:
             values = {"load_factor": self.load_factors[-1], "count": len(self.load_factors)}
             return self.ending.ended(Status.JAMMED, Code.GROWS, **values)
         normal = [self.problem.normal_forces(state.q) for state in self.states]
-        if length := period(self.load_factors, normal):
-            cycle, exact = self.load_factors[-length:], self._exact_end(last)
-            told = {"lowest": min(cycle), "highest": max(cycle), "exact": exact is not None}
-            ended = exact or replace(self.ending, status=Status.CYCLING)
-            return ended.telling(reason(Code.REPEATS, period=length, **told))
-        return None
+        length = period(self.load_factors, normal)
+        if not length:
+            return None
+        cycle = self.load_factors[-length:]
+        exact = self._exact_end(last)
+        cycle_values = {"lowest": min(cycle), "highest": max(cycle), "exact": exact is not None}
+        ended = exact or replace(self.ending, status=Status.CYCLING)
+        return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """The end with exact forces on the mechanism, or on one near it."""
+        """Return the solution with exact forces on the last mechanism or one near it; None if there is none.
+
+        None is also returned if the option ``finish`` is off.
+        """
         if not self.parameters.finish:
             return None
         problem, state, solver, effort = self.problem, last.state, self.attempt.solver, self.driver.effort
         effort.begins("exact forces")
-        end, roughly = None, self.parameters.tolerance is not None or problem.layout.round
-        if not roughly:
+        end: Answer | None = None
+        is_rough = self.parameters.tolerance is not None or problem.layout.round
+        if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # Sliding of an accurate end contracts, which joints that crush explain by crushing.
-        if roughly or (end is None and len(problem.crushing)):
+        # In a sub-problem sliding joints contract. Joints of limited strength explain this by crushing.
+        if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
             return None
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """The end where λ stood still, with step 6's correction."""
+        """Return the solution of a run in which λ has converged, corrected by step 6."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # No state with less dilatancy exceeds the associative load factor, where that is known.
+        # No state with less dilatancy exceeds the associative load factor, if that is known.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -193,28 +235,41 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Whether an associative mechanism obeys the joints' own flow rule too: no energy goes into sliding."""
+    """Return True if an associative mechanism obeys the joints' own flow rule too.
+
+    Sliding then dissipates no energy beyond what dilatancy explains. Without dead load and cohesion λ is zero
+    under any flow rule, and True is returned.
+    """
     n = problem.normal_forces(state.q)
-    spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
-    energy = float(spared @ problem.slip(state.p))
-    # Where nothing weighs or coheres λ is zero by any flow, and both energies are rounding.
-    weighs = problem.dead.any() or problem.face_cohesion.any()
-    return not weighs or energy <= SAME * abs(state.load_factor) * problem.live_norm
+    limits = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion)
+    energy = float(limits.at(n[problem.sliding]) @ problem.slip(state.p))
+    has_resistance = problem.dead.any() or problem.face_cohesion.any()
+    return not has_resistance or energy <= SAME * abs(state.load_factor) * problem.live_norm
 
 
 def diverges(load_factors: Sequence[float]) -> bool:
-    """Whether λ has more than doubled, or risen, time and again, to far beyond where it began."""
+    """Return True if the load factor grows without bound.
 
-    def rose(by: float, times: int) -> bool:
+    It does if λ more than doubles several times in a row, or if it rises steadily to many times the first
+    value. See the constants of this module.
+    """
+
+    def has_risen(rise: float, times: int) -> bool:
+        """Return True if the last values are positive and rise, each relative to the one before it."""
         last = np.array(load_factors[-times - 1 :])
-        return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + by) * last[:-1]).all())
+        return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
-    return rose(1, _DOUBLINGS) or (rose(_RISE, _RISES) and load_factors[-1] > _GROWN * load_factors[0] > 0)
+    if has_risen(1, _DOUBLINGS):
+        return True
+    return has_risen(_RISE, _RISES) and load_factors[-1] > _GROWN * load_factors[0] > 0
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Length of the cycle that the loop is in, or 0: load factors came back twice, normal forces (of the last
-    ``LONGEST_PERIOD`` + 1 sub-problems) once, and the swing hardly dies away."""
+    """Return the number of sub-problems in the cycle that the loop has entered; 0 without a cycle.
+
+    In a cycle the load factors return twice, the normal forces return once, and the range of λ hardly
+    shrinks. ``normal`` are the normal forces of up to ``LONGEST_PERIOD`` + 1 last sub-problems.
+    """
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
     for length in range(2, LONGEST_PERIOD + 1):
@@ -222,8 +277,8 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
             break
         earlier, before, now = values[-3 * length :].reshape(3, length)
         drift = max(np.abs(now - before).max(), np.abs(before - earlier).max())
-        back = np.abs(normal[-1] - normal[-1 - length]).max() < 1e-2 * largest
-        if drift < _STEADY * np.ptp(now) and back:
+        forces_return = np.abs(normal[-1] - normal[-1 - length]).max() < 1e-2 * largest
+        if drift < _STEADY * np.ptp(now) and forces_return:
             return length
     return 0
 
@@ -231,22 +286,31 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """The exact state of λ nearest to ``near`` on the mechanism of an accurate sub-problem, if any."""
+    """Return the exact state on the mechanism of an accurate sub-problem, with λ nearest to ``near``.
+
+    None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not belong
+    together.
+    """
     scaled = in_units_of_live_load(problem)
     for share in _SHARES:
         at_yield = state.p > share * state.p.max()
         model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
         if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
             load_factor, q = model.statics.forces()
-            if end := _belonging(problem, scaled.load_factor * load_factor, q, state.d):
+            end = _belonging(problem, scaled.load_factor * load_factor, q, state.d)
+            if end:
                 return end
     return None
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Forces of low λ that leave little energy z·p for the rates of a sub-problem solved roughly, none of
-    which is zero; then the mechanism of the true flow rule that leaves least for them, or the
-    sub-problem's."""
+    """Return the exact state near a sub-problem that was solved roughly; None if there is none.
+
+    In a rough solution no rate is zero, so that the moving faces are not known. The first program finds
+    forces of low λ that leave little energy z·p for these rates. The second program finds the mechanism of
+    the true flow rule that leaves least energy for these forces. If it has no optimum, the mechanism of the
+    sub-problem is used.
+    """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
     programs = ExactPrograms(scaled, [solver], effort, _PURPOSE, nearly=False)
@@ -260,12 +324,17 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
 
 
 def belong_together(answer: Answer) -> bool:
-    """Whether the forces and the velocities of an answer belong together, but for MOST_ENERGY."""
-    most = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
-    left = answer.certificate
-    return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
+    """Return True if the forces and the velocities of an answer belong together.
+
+    The energy z·p is then at most MOST_ENERGY, relative to λ. The violation of the flow rule is within the
+    limit for answers of the loop.
+    """
+    largest_energy = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
+    certificate = answer.certificate
+    return certificate.complementarity <= largest_energy and certificate.flow <= LIMITS[Kind.LOOP].flow
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
+    """Return the answer of these forces and velocities if both belong together, else None."""
     answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -1,4 +1,4 @@
-"""The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2: its six steps and nothing else."""
+"""Run the six steps of the loop of Gilbert, Casapulla & Ahmed (2006), section 4.2."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,40 +13,48 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
-_TRIALS = 8  #: How often a trial cohesion that carries no dead load is multiplied by four.
+#: Largest number of times that the trial cohesion is raised while the first sub-problem is infeasible.
+_MOST_RAISES = 8
 
-#: So many times what acts on a block, forces elsewhere in its part are no measure for its joints.
+#: Factor by which the trial cohesion is raised each time.
+_RAISE_FACTOR = 4
+
+#: Largest normal force by which the small cohesion of a joint is scaled, relative to the largest force on the
+#: joint's own blocks. Larger forces elsewhere in the connected component do not count.
 _DWARFS = 1e3
 
 
 @dataclass(frozen=True)
 class SubProblem:
-    """One linear program of the loop, numbered from 1."""
+    """One linear program of the loop, with its optimum."""
 
-    number: int
-    solved: Solved
+    number: int  #: number of the sub-problem in its run, from 1
+    solved: Solved  #: status and time of the solver
     state: State  #: the optimum
-    limits: ShearLimits
-    alpha: float  #: α of its shear limits; NaN for the first, which has none
-    small_cohesion: np.ndarray  #: c⁰ of them, shape (k,)
-    stands_still: bool  #: whether λ changed by less than ``tol`` (step 3)
+    limits: ShearLimits  #: the shear limits of the program
+    alpha: float  #: α of the shear limits; NaN for the first sub-problem, which has no α
+    small_cohesion: np.ndarray  #: small cohesion c⁰ of the shear limits, shape (k,)
+    stands_still: bool  #: True if λ changed by less than ``tol``, relative to λ (step 3)
 
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """What the shear limits of the next sub-problem are made of (step 4)."""
+    """Data from which the shear limits of the next sub-problem are computed (step 4)."""
 
-    problem: Problem
-    last: SubProblem
-    alpha: float  #: α of the next
-    small_cohesion: np.ndarray  #: c⁰ of the next, shape (k,)
+    problem: Problem  #: the problem of the loop
+    last: SubProblem  #: the last sub-problem that was solved
+    alpha: float  #: α of the next sub-problem
+    small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
     about: np.ndarray  #: normal forces about which the limits turn, blended by β, shape (c,)
 
     def limits(self) -> ShearLimits:
-        """Step 4: |s| ≤ c⁰ + (1 + α) n μ − α n' μ, n being ``about`` and n' the next normal force.
+        """Return the shear limits of the next sub-problem by step 4 of section 4.2.
 
-        With dilatancy, flow opens joints by tan φ₀ − α μ instead of −α μ. Joints that dilate at their
-        friction angle are associative: their limits stay as they are.
+        The limits are |s| ≤ c⁰ + (1 + α) n μ − α n' μ. The normal forces n are ``about``, and n' are the
+        normal forces of the next sub-problem.
+
+        With dilatancy, the flow opens joints by tan φ₀ − α μ instead of −α μ per unit slip. Joints that
+        dilate at their friction angle are associative: their limits do not change.
         """
         problem, mu = self.problem, self.problem.friction
         dilatancy, n = problem.dilatancy_at(self.about), self.about[problem.sliding]
@@ -59,50 +67,55 @@ class LimitUpdate:
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters
 ) -> Iterator[SubProblem | Solved]:
-    """Steps 1 to 5, until the caller stops (step 3) or a sub-problem has no optimum, of which it is told how
-    it ended. Of the driver's model the shear limits alone are changed. Step 6 is :func:`corrected`."""
+    """Yield the sub-problems of the loop by steps 1 to 5 of section 4.2.
+
+    The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
+    in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is
+    :func:`corrected`. Raises OptionError if the option ``revise`` returns no ShearLimits.
+    """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
     limits = ShearLimits.true(problem)  # step 1: Coulomb's limits, or a trial cohesion
     if parameters.start == "cohesive":
         limits = ShearLimits(small_cohesion, small_cohesion + parameters.trial_cohesion)
-    before: State | None = None
+    previous: State | None = None
     for number in count(1):
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # The trial cohesion is arbitrary: raise it while it is too small to carry the dead load.
-        for _ in range(_TRIALS if number == 1 and parameters.start == "cohesive" else 0):
+        # The trial cohesion is arbitrary. It is raised while it is too small to carry the dead load.
+        for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
                 break
-            limits = ShearLimits(limits.slope, 4 * limits.cohesion)
+            limits = ShearLimits(limits.slope, _RAISE_FACTOR * limits.cohesion)
             driver.set_shear_limits(limits)
             answer = driver.solve()
         state = answer.state
         if state is None:
             yield answer.solved
             return
-        change = abs(state.load_factor - before.load_factor) if before else float("inf")
-        still = change < parameters.tol * abs(state.load_factor)
-        last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, still)
+        change = abs(state.load_factor - previous.load_factor) if previous else float("inf")
+        stands_still = change < parameters.tol * abs(state.load_factor)
+        last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, stands_still)
         yield last
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
-        elif still and alpha > parameters.alpha_min:
-            next_alpha = parameters.alpha_min  # sliding would still contract by α μ
+        elif stands_still and alpha > parameters.alpha_min:
+            next_alpha = parameters.alpha_min  # with the present α, sliding joints contract by α μ
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
-        n, n_before = (problem.normal_forces(of.q) for of in (state, before or state))
-        about = parameters.beta * n + (1 - parameters.beta) * n_before
+        n = problem.normal_forces(state.q)
+        previous_n = problem.normal_forces((previous or state).q)
+        about = parameters.beta * n + (1 - parameters.beta) * previous_n
         update = LimitUpdate(problem, last, alpha, small_cohesion, about)
         limits = parameters.revise(update) if parameters.revise else update.limits()  # step 4
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
-        before = state
+        previous = state
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Step 6: λ less what the small cohesion dissipates."""
+    """Return the load factor without the energy that the small cohesion dissipates (step 6)."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
@@ -110,9 +123,12 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Largest normal force of the part of the scene that each joint belongs to, as far as it does not dwarf
-    what acts on the joint's own blocks, shape (c,): the small cohesion must be small for each."""
+    """Return the normal force to which the small cohesion of each joint is relative, shape (c,).
+
+    The force is the largest normal force in the joint's connected component. It is at most ``_DWARFS`` times
+    the largest force on the joint's own blocks, so that the small cohesion is small for each joint.
+    """
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, problem.normal_forces(state.q))
-    own = of_lesser_block(problem, largest_acting(problem, state.load_factor, state.q))
-    return np.minimum(largest[problem.part], _DWARFS * own)
+    force_on_blocks = of_lesser_block(problem, largest_acting(problem, state.load_factor, state.q))
+    return np.minimum(largest[problem.part], _DWARFS * force_on_blocks)

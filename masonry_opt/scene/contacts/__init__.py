@@ -1,1 +1,1 @@
-"""Where blocks touch: the joints of a scene, once for edges in the plane and faces in space."""
+"""Joints of a scene: where its blocks touch, along edges in the plane and over faces in space."""

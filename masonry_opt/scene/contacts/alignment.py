@@ -35,16 +35,16 @@ class AlignmentSettings:
     #: short edges of coarse surveys too; a smaller one leaves them as they are drawn.
     most_turn: float = 0.02
     #: Number of times that directions are fitted to the points on their planes. Each fit joins planes to
-    #: longer ones; with fewer fits long walls keep several planes where one was meant.
+    #: longer ones. With fewer fits, long walls keep several planes that were meant to be one.
     fits: int = 4
-    #: Largest movement of a contact point, over the tolerance. Points that would move farther, as where
-    #: planes meet at a sharp angle, move onto the plane of their joint only.
+    #: Largest movement of a contact point, relative to the tolerance. Points that would move farther, because
+    #: their planes meet at a sharp angle, move onto the plane of their joint only.
     most_shift: float = 2.0
     #: Joints of a block above which its joints are not compared with each other in advance. A larger value
     #: takes more memory for supports under many blocks; a smaller one more time for rubble.
     most_neighbours: int = 100
-    #: Joints linked to a plane up to which they are looked for one by one, from block to block. More of them
-    #: are looked for among all joints at once, which takes longer where few are linked.
+    #: Largest number of joints linked to a plane that are searched for one by one, from block to block. If
+    #: there are more, all joints are searched at once, which takes longer if few are linked.
     most_one_by_one: int = 64
 
 
@@ -80,8 +80,9 @@ def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS
             for group in groups:
                 group.fit()
             _make_square(groups, square)
-    direction, place = planes.direction.copy(), np.full(len(planes.direction), np.nan)
-    for group in _not_as_drawn(drawn, planes, groups):
+    direction = planes.direction.copy()
+    place = np.full(len(planes.direction), np.nan)
+    for group in _moved_groups(drawn, planes, groups):
         group.settle(direction, place)
     normal = direction[: len(drawn.normal)]
     turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _across(normal, drawn.normal))
@@ -108,7 +109,7 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Position in ``members`` of the plane of each point, and the points, shape (points, dim)."""
+        """Return the plane of each point, as a position in ``members``, and the points."""
         number, points = self._planes.by_plane.where(self.members)
         return number, self._drawn.point[points]
 
@@ -147,13 +148,13 @@ class Group:
         """Return the number of the common plane of each member, shape (members,)."""
         number, positions = self._points
         height = np.bincount(number, positions @ self.direction)
-        return _within(height / np.bincount(number), self._drawn.tolerance)
+        return _group_values(height / np.bincount(number), self._drawn.tolerance)
 
 
-def _not_as_drawn(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> list[Group]:
+def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> list[Group]:
     """Return the groups whose directions or places differ from the drawing by more than rounding.
 
-    The others, all groups of an exact drawing, keep every digit. One pass over all groups finds them.
+    All other groups keep every digit; in an exact drawing these are all groups.
     """
     if not groups:
         return []
@@ -163,7 +164,7 @@ def _not_as_drawn(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> 
     direction = np.stack([group.direction for group in groups])[owner]
     height = dots(drawn.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
-    # In rising order the planes of one group that follow each other within the tolerance make a run.
+    # Planes of one group, in rising order, make one run while neighbours differ by at most the tolerance.
     order = np.lexsort((mean, owner))
     begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
     run = np.empty(len(members), dtype=int)
@@ -199,11 +200,12 @@ def _parallel_planes(
             continue
         _, members = planes_of.where(joints)
         members = members[free[members]]
-        off = _across(planes.direction[members], direction)
-        alike = off <= accuracy[leader] + accuracy[members]
+        sine = _across(planes.direction[members], direction)
+        alike = sine <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        # The leader has the best accuracy: near its direction no fitted one is beyond that of any member.
-        agree = off[alike].max(initial=0.0) <= accuracy[leader] / 4
+        # The leader has the best accuracy. If all members are close to its direction, no member can turn by
+        # more than its accuracy, and the fit below is not needed.
+        agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
         while len(members) > 1 and not agree:
             fitted = _fitted(planes.direction[members], accuracy[members])
             excess = _across(planes.direction[members], fitted) / accuracy[members]
@@ -221,23 +223,27 @@ class _Links:
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
         self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
         self._crowded = settings.most_neighbours
-        # Python's own numbers are faster than arrays where few joints are linked.
+        # Python's own numbers are faster than arrays if few joints are linked.
         self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the joints, rising, linked to the joint of a plane of a direction and an accuracy."""
+        """Return the joints, rising, linked to the joint of a plane with a direction and an accuracy."""
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:
             return joints
         passes = _off_axes(self._drawn.normal, direction) <= accuracy + self._accuracy
         passes[joint] = True
-        return _linked_to(joint, np.flatnonzero(passes), self._drawn.ends)
+        return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
 
     def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
-        """Return the linked joints, found from block to block; None if there are too many of them."""
-        found, seen, visited, axis = [joint], {joint}, set[int](), direction.tolist()
-        for current in found:
+        """Return the linked joints, by a search from block to block; None if there are too many of them."""
+        joints = [joint]
+        seen = {joint}
+        visited: set[int] = set()
+        axis = direction.tolist()
+        # The list grows while the loop runs over it.
+        for current in joints:
             for block in self._ends[current]:
                 if block in visited:
                     continue
@@ -247,55 +253,65 @@ class _Links:
                         continue
                     seen.add(other)
                     if _off_axis(self._normals[other], axis) <= accuracy + self._accuracies[other]:
-                        found.append(other)
-                if len(found) > self._most:
+                        joints.append(other)
+                if len(joints) > self._most:
                     return None
-        return np.array(sorted(found))
+        return np.array(sorted(joints))
 
     def _candidates(self, block: int, direction: np.ndarray, accuracy: float) -> list[int]:
-        """Return joints of a block that may be parallel or square to a direction: all, or of many some."""
+        """Return the joints of a block that may be parallel or square to a direction.
+
+        Joints that cannot be are left out only if the block has many joints.
+        """
         of_block = self._drawn.joints_of_block
         first, count = of_block.first[block], of_block.count[block]
         joints = of_block.item[first : first + count]
         if count > self._crowded:
-            off = _off_axes(self._drawn.normal[joints], direction)
-            # Twice the accuracies: each candidate is tested again.
-            joints = joints[off <= 2 * (accuracy + self._accuracy[joints])]
+            sine = _off_axes(self._drawn.normal[joints], direction)
+            # Twice the accuracies are enough, because each candidate is tested again.
+            joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
         candidates: list[int] = joints.tolist()
         return candidates
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes) -> np.ndarray:
-    """Return whether a joint of the same blocks is parallel or square to each plane, shape (planes,).
+    """Return a mask of the planes that may be parallel or square to another joint of their blocks.
 
-    The test is generous. Planes of joints on blocks with very many joints pass it untested.
+    The shape is (planes,). Planes of joints on blocks with very many joints are not examined and are in the
+    mask.
     """
     of_block = drawn.joints_of_block
     crowded = of_block.count > settings.most_neighbours
-    found: np.ndarray = crowded[drawn.ends].any(axis=1)[planes.joint]
+    has_partner: np.ndarray = crowded[drawn.ends].any(axis=1)[planes.joint]
     for side in range(2):
         block = drawn.ends[planes.joint, side]
-        asked = np.flatnonzero(~found & ~crowded[block])
-        for some in chunks(of_block.count[block[asked]]):
-            plane = asked[some]
+        unknown = np.flatnonzero(~has_partner & ~crowded[block])
+        for chunk in chunks(of_block.count[block[unknown]]):
+            plane = unknown[chunk]
             number, other = of_block.where(block[plane])
             plane = plane[number]
-            off = _off_axes(drawn.normal[other], planes.direction[plane])
-            # A leader of better accuracy may lie between the two.
-            near = off <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
-            found[plane[near & (other != planes.joint[plane])]] = True
-    return found
+            sine = _off_axes(drawn.normal[other], planes.direction[plane])
+            # The factor allows for a leader of better accuracy, whose direction may lie between the two.
+            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
+            has_partner[plane[near & (other != planes.joint[plane])]] = True
+    return has_partner
 
 
-def _linked_to(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return those of some joints, rising, that blocks link to one of them through others of them."""
+def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the joints, rising, in the connected component of one joint.
+
+    Only the given joints, which are in rising order, link blocks. ``ends`` has the two blocks of every joint.
+    """
     count, blocks = len(joints), int(ends.max()) + 1
     group = linked(count + blocks, np.tile(np.arange(count), 2), count + ends[joints].T.ravel())
     return joints[group[:count] == group[np.searchsorted(joints, joint)]]
 
 
 def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:
-    """Return, for each group, the groups with planes of the same joint that are square within accuracies."""
+    """Return, for each group, the groups that are square to it within their accuracies.
+
+    Two groups are compared if they have planes of a common joint.
+    """
     of_plane = np.full(len(planes.direction), -1)
     for number, group in enumerate(groups):
         of_plane[group.members] = number
@@ -317,9 +333,9 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
     Groups with more accurate directions come first, and are not rotated again.
     """
     order = sorted(range(len(groups)), key=lambda number: groups[number].accuracy)
-    rank = {number: at for at, number in enumerate(order)}
-    for number, at in rank.items():
-        partners = [groups[other].direction for other in pairs[number] if rank[other] < at]
+    rank = {number: position for position, number in enumerate(order)}
+    for number, own_rank in rank.items():
+        partners = [groups[other].direction for other in pairs[number] if rank[other] < own_rank]
         if not partners:
             continue
         group, first = groups[number], partners[0]
@@ -332,11 +348,12 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
         group.turn_to(direction / np.hypot.reduce(direction))
 
 
-def _within(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return a group number for each value, shape (values,); groups have values within the tolerance of one.
+def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the group number of each value, shape (values,).
 
-    Where values follow each other over more than the tolerance, the value with most others within the
-    tolerance leads a group, then a value of the rest.
+    In rising order, values are in one run as long as neighbours differ by at most the tolerance. A run that
+    is no longer than the tolerance is a group. In a longer run, the value with most others within the
+    tolerance leads a group of these values. The rest of the run is divided in the same manner.
     """
     order = np.argsort(values, kind="stable")
     rising = values[order]
@@ -346,17 +363,17 @@ def _within(values: np.ndarray, tolerance: float) -> np.ndarray:
     first = last - count + 1
     number, groups = run.copy(), len(count)
     for long in np.flatnonzero(rising[last] - rising[first] > tolerance).tolist():
-        left = np.arange(first[long], last[long] + 1)
-        while len(left):
-            low = np.searchsorted(rising[left], rising[left] - tolerance, "left")
-            high = np.searchsorted(rising[left], rising[left] + tolerance, "right")
+        remaining = np.arange(first[long], last[long] + 1)
+        while len(remaining):
+            low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
+            high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
             # If several values lead equally many, take the one whose values lie nearest to each other. This
             # choice does not depend on the direction in which values rise.
-            leader = np.lexsort((rising[left][high - 1] - rising[left][low], low - high))[0]
+            leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
-            number[left[taken]] = groups
+            number[remaining[taken]] = groups
             groups += 1
-            left = np.delete(left, taken)
+            remaining = np.delete(remaining, taken)
     in_order = np.empty_like(number)
     in_order[order] = np.unique(number, return_inverse=True)[1]
     return in_order
@@ -369,7 +386,11 @@ def _meeting_points(
     direction: np.ndarray,
     place: np.ndarray,
 ) -> np.ndarray:
-    """Return contact points moved to the intersection of their planes; the joint's plane has priority."""
+    """Return contact points moved to the intersection of their planes.
+
+    A point that would move too far moves onto the plane of its joint only. ``direction`` and ``place`` are
+    the unit normal of each plane and its distance from the origin, NaN for planes that stay as drawn.
+    """
     moved = np.isfinite(place[planes.plane])
     of_point = Lists.of(planes.point[moved], planes.plane[moved], len(drawn.point))
     shift = np.zeros_like(drawn.point)
@@ -385,10 +406,10 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the direction that fits unit vectors of either sign best, each weighted by its accuracy.
+    """Return the unit vector that fits unit vectors of either sign best, in the sense of least squares.
 
-    ``scatter``, shape (dim, dim), sums the squares of distances between points, in units of the tolerance, to
-    which the direction shall be square.
+    A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
+    matrix of points, in units of the tolerance, on planes to which the direction shall be normal.
     """
     weight = accuracy[:, None] ** -2.0
     misfit = weight.sum() * np.eye(directions.shape[1]) - (weight * directions).T @ directions + scatter
@@ -396,20 +417,26 @@ def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | 
 
 
 def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sines of the angles between unit vectors and one or as many others, shape (rows,)."""
+    """Return the sines of the angles between unit vectors and other ones, shape (rows,).
+
+    There is one other vector for all, or one for each.
+    """
     along = (directions * other).sum(axis=1)
     return lengths(directions - along[:, None] * other)
 
 
 def _off_axis(vector: list[float], other: list[float]) -> float:
-    """Return the sine of the angle by which a unit vector is off being parallel or square to another one."""
+    """Return the sine of the angle from a unit vector to the parallel or the perpendicular of another one.
+
+    The smaller one of both angles counts.
+    """
     along = sum(map(mul, vector, other))
     across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))
     return min(abs(along), across)
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sines of the angles by which unit vectors are off being parallel or square to others."""
+    """Return the sine of :func:`_off_axis` for rows of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

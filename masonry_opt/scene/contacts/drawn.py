@@ -23,7 +23,7 @@ class DrawnContacts:
 
     @cached_property
     def joints_of_block(self) -> "Lists":
-        """Joints of each block."""
+        """Return the joints of each block."""
         blocks, joints = self.ends.T.ravel(), np.tile(np.arange(len(self.ends)), 2)
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
@@ -59,25 +59,25 @@ class Planes:
     """Planes through contact points, and a table of which points lie on which plane."""
 
     direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes it, shape (planes,)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (planes,)
     joint: np.ndarray  #: joint of each plane, shape (planes,)
     plane: np.ndarray  #: plane of each entry of the table, shape (entries,)
     point: np.ndarray  #: point of each entry of the table, shape (entries,)
 
     @cached_property
     def by_plane(self) -> "Lists":
-        """Points of each plane."""
+        """Return the points of each plane."""
         return Lists.of(self.plane, self.point, len(self.direction))
 
     @cached_property
     def by_joint(self) -> "Lists":
-        """Planes of each joint."""
+        """Return the planes of each joint."""
         return Lists.of(self.joint, np.arange(len(self.joint)), int(self.joint.max(initial=-1)) + 1)
 
 
 @dataclass(frozen=True)
 class Lists:
-    """Lists of numbers, one after the other."""
+    """Lists of numbers, stored one after the other in one array."""
 
     item: np.ndarray  #: all numbers
     first: np.ndarray  #: position of the first number of each list, shape (lists,)
@@ -85,7 +85,7 @@ class Lists:
 
     @classmethod
     def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
-        """Return the items of each owner."""
+        """Return the lists of the items of each owner; ``owner`` has one entry for each item."""
         count = np.bincount(owner, minlength=lists)
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
@@ -95,5 +95,5 @@ class Lists:
         The position is that in ``chosen`` and comes first.
         """
         numbers = np.arange(len(chosen))
-        number, _, at = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])
-        return number, self.item[at]
+        number, _, position = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])
+        return number, self.item[position]

@@ -1,4 +1,4 @@
-"""Where the outlines of blocks in the plane touch: lengths of edge that two share, and corners on edges."""
+"""Find where the outlines of blocks in the plane touch: shared lengths of edges, and corners on edges."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,16 +13,20 @@ from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, t
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-_ROUNDING = 1e-3  #: Share of the tolerance that is rounding.
-_MOST_EDGES = 20_000_000  #: Most pairs of edges that are compared.
+#: Distance between two edges, relative to the tolerance, up to which they coincide but for rounding. Corners
+#: of edges that coincide keep their coordinates; others move to the middle between the edges.
+_ROUNDING = 1e-3
+
+#: Largest number of pairs of edges that are compared. A larger value takes more time and memory.
+_MOST_EDGES = 20_000_000
 
 
 @dataclass(frozen=True)
 class FacingEdges(sides.Facing):
-    """Parts of bisectors onto which both edges project, from where to where as the first one runs."""
+    """Lengths that edges of two blocks share: parts of the bisector of two edges onto which both project."""
 
-    start: np.ndarray
-    end: np.ndarray
+    start: np.ndarray  #: first end, in the direction of the first block's edge, shape (facing, 2)
+    end: np.ndarray  #: other end, shape (facing, 2)
 
     @classmethod
     def between(
@@ -33,100 +37,139 @@ class FacingEdges(sides.Facing):
         accuracy: np.ndarray,
         lean: tuple[np.ndarray, np.ndarray],
     ) -> Self:
-        """Return the lengths between ends; ``lean`` is the angle between the edges and the shorter edge."""
+        """Return the lengths between given ends.
+
+        ``lean`` holds the angles between the two edges, and the lengths of the shorter edges.
+        """
         start, end = ends
         extent = np.hypot(*(end - start).T)
-        # Counter-clockwise round the first block its interior lies to the left.
+        # Edges run counter-clockwise round their block, so the interior of the first block lies to the left.
         normal = -_tangent((end - start) / extent[:, None])
         return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
     @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
-        """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
+        """Return the lengths, longer than the tolerance, that pairs of edges share.
+
+        Edge ``i`` belongs to the first block of its pair, edge ``j`` to the second one. Edges that run in
+        opposite directions round their blocks face each other.
+        """
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
         one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j]))
-        kept = (one * other).sum(axis=1) > 0
-        pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
+        faces_other = (one * other).sum(axis=1) > 0
+        pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # Both edges run along the bisector; each end of what they share is a corner of the one or the other.
+        # Each end of the shared length is a corner of the one edge or of the other. The abscissae x of the
+        # corners are measured along the bisector.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
-        at = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
-        of_first = x[0] == at
-        corner = np.where(of_first[..., None], *lines)
-        # The other edge there, from start to stop.
-        start, stop = (np.where(of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
-        x0, x1 = (np.where(of_first, x[1, end], x[0, end]) for end in (0, 1))
-        across = start + ((at - x0) / (x1 - x0))[..., None] * (stop - start) - corner
+        x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
+        is_of_first = x[0] == x_ends
+        corner = np.where(is_of_first[..., None], *lines)
+        # Interpolate the edge that faces the corner, from its start to its stop, at the corner's abscissa.
+        start, stop = (np.where(is_of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
+        x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
+        across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
         width = np.hypot(*np.moveaxis(across, 2, 0))
-        # Rounding moves no corner: what touches has the coordinates that were given.
+        # Rounding moves no corner, so that edges that coincide keep the coordinates of the drawing.
         ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
-        long = at[1] - at[0] > shortest
-        of_first, of_second = (_accuracy(tip[of] - tail[of], shortest)[long] for of in (i, j))
+        long = x_ends[1] - x_ends[0] > shortest
+        accuracy_first, accuracy_second = (
+            _accuracy(tip[edge] - tail[edge], shortest)[long] for edge in (i, j)
+        )
         sine = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-        lean = np.abs(sine[kept][long]), shortest / np.maximum(of_first, of_second)
+        lean = np.abs(sine[faces_other][long]), shortest / np.maximum(accuracy_first, accuracy_second)
         start, end = ends[:, long]
-        accuracy = (of_first + of_second) / 2
+        accuracy = (accuracy_first + accuracy_second) / 2
         return cls.between(pair[long], width.max(axis=0)[long], (start, end), accuracy, lean)
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return tangents and outlines, see :meth:`.Facing.outlines`: each length is a ring of two ends."""
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Return the distance of each point from the length with its number, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
 def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:
-    """The lengths of edge that pairs of blocks share, and those across which they face each other, nowhere
-    farther apart than ``far``, shape (pairs,).
+    """Return the lengths along which edges of pairs of blocks touch, or face each other across a gap.
 
-    Edges share the part of their bisector onto which both project, if their largest distance there is within
-    the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
-    bends by more than the tolerance. Raises CaseError if there are more edges than can be compared.
+    Edges share the part of their bisector onto which both project. They touch if their largest distance there
+    is within the tolerance. Lengths that touch and follow one another, as of an edge drawn in chords, become
+    one length. They become several lengths if the edge bends by more than the tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, in the plane.
+    shapes : Geometry
+        Its shapes.
+    pairs : ndarray, shape (pairs, 2)
+        Pairs of blocks that are near each other.
+    far : ndarray, shape (pairs,)
+        Largest distance between edges that face each other across a gap, for each pair.
+
+    Raises
+    ------
+    CaseError
+        If more pairs of edges are near each other than can be compared.
     """
     corners = PlaneCorners(shapes)
-    near = [corners.edges.beside(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
-    one, other = (np.bincount(pair, minlength=len(pairs)) for pair in near)
-    if (one * other).sum() > _MOST_EDGES:
-        of_each = np.bincount(corners.edges.block)
-        most = f"block {scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners"
+    pairs_of_edges = [corners.edges.beside(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
+    first_edges, second_edges = (np.bincount(pair, minlength=len(pairs)) for pair in pairs_of_edges)
+    if (first_edges * second_edges).sum() > _MOST_EDGES:
+        edges_of_block = np.bincount(corners.edges.block)
+        most = f"block {scene.blocks[edges_of_block.argmax()].name!r} has {edges_of_block.max()} corners"
         fine = f"outlines are too fine to find joints ({most})"
         raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or give fewer corners")
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
-    whole = _joined(parts.where(touch), shapes.tolerance).then(across)
+    whole = _join_parts(parts.where(touch), shapes.tolerance).then(across)
     return whole.where(np.argsort(whole.pair, kind="stable"))
 
 
-def _joined(parts: FacingEdges, tolerance: float) -> FacingEdges:
-    """Parts, those that follow one another joined where straight, without those too short for their width."""
+def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
+    """Return lengths that touch, with lengths joined that follow one another.
+
+    Lengths that are too short for the distance between their edges are left out; see :data:`~.sides.LEAN`.
+    """
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
-    found = [one for pair in pairs[count > 1] for one in _chains(parts.where(parts.pair == pair), tolerance)]
-    whole = parts.where(count[number] == 1).then(*found)
+    chains = [
+        chain for pair in pairs[count > 1] for chain in _chains(parts.where(parts.pair == pair), tolerance)
+    ]
+    whole = parts.where(count[number] == 1).then(*chains)
     return whole.where(whole.most <= LEAN * whole.extent)
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Parts of one pair, made one where one begins within two tolerances of where another ends."""
-    apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
-    np.fill_diagonal(apart, np.inf)
-    after = {int(k): int(apart[k].argmin()) for k in np.flatnonzero(apart.min(axis=1) <= 2 * tolerance)}
-    left = set(range(len(parts.pair)))
-    # Begin with those that follow none; what is left then is a ring.
-    for first in [*sorted(left - set(after.values())), *sorted(left)]:
-        chain, at = [], first
-        while at in left:
-            left.remove(at)
-            chain.append(at)
-            at = after.get(at, -1)
+    """Yield the chains of the lengths of one pair, each simplified.
+
+    A length follows another one in a chain if it begins within two tolerances of the end of the other.
+    """
+    distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
+    np.fill_diagonal(distance, np.inf)
+    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * tolerance)
+    follower = {int(part): int(distance[part].argmin()) for part in has_follower}
+    remaining = set(range(len(parts.pair)))
+    # Chains begin with lengths that follow no other. All lengths that remain then are in rings.
+    for first in [*sorted(remaining - set(follower.values())), *sorted(remaining)]:
+        chain, current = [], first
+        while current in remaining:
+            remaining.remove(current)
+            chain.append(current)
+            current = follower.get(current, -1)
         if chain:
-            yield _simplified(parts.where(np.array(chain)), tolerance)
+            yield _simplify_chain(parts.where(np.array(chain)), tolerance)
 
 
-def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
-    """A chain's line without the corners that lie within half the tolerance of the line without them."""
+def _simplify_chain(chain: FacingEdges, tolerance: float) -> FacingEdges:
+    """Return a chain as the straight lengths of its simplified line.
+
+    Corners are dropped that lie within half the tolerance of the line without them.
+    """
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
@@ -137,9 +180,11 @@ def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 class PlaneCorners(sides.BlockCorners):
-    """Corners of all blocks; each begins an edge, which ends at ``tip``, shape (corners, 2)."""
+    """Corners of all blocks in the plane. Each corner begins an edge, which ends at ``tip``."""
 
     apart = 2.0
+    tip: np.ndarray  #: end of the edge that begins at each corner, shape (corners, 2)
+    edges: Items  #: the edges, in the order of the corners at which they begin
 
     def __init__(self, shapes: Geometry, blocks: np.ndarray | None = None) -> None:
         self.shapes = shapes
@@ -149,23 +194,25 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Corners of the first blocks on edges of the second, then the other way round."""
+        """Return the corners of first blocks on edges of second blocks, then those of second on first."""
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Corners of the first blocks that lie between the ends of an edge of the second."""
+        """Return the corners of the pairs' first blocks that lie within edges of their second blocks.
+
+        ``sign`` is that of the contacts' normals, relative to the normals of the edges into their own blocks.
+        """
         tolerance = self.shapes.tolerance
         pair, corner, edge = near_items(self.shapes, pairs, tolerance, (self.corners, self.edges))
         point, tail = self.point[corner], self.point[edge]
-        way = self.tip[edge] - tail
-        length = np.hypot(way[:, 0], way[:, 1])
-        direction = way / length[:, None]
+        edge_vector = self.tip[edge] - tail
+        length = np.hypot(edge_vector[:, 0], edge_vector[:, 1])
+        direction = edge_vector / length[:, None]
         normal = np.column_stack([-direction[:, 1], direction[:, 0]])
-        at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
-        within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
-        # The normal of an edge points into its own block.
+        along, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
+        within = (np.abs(across) <= tolerance) & (along > tolerance) & (along < length - tolerance)
         point, normal = point[within], sign * normal[within]
-        accuracy = _accuracy(way[within], tolerance)
+        accuracy = _accuracy(edge_vector[within], tolerance)
         return Touches(pair[within], point, point, normal, _tangent(normal), accuracy)
 
 
@@ -175,5 +222,5 @@ def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:
-    """A quarter turn clockwise of the normals."""
+    """Return vectors turned clockwise by a quarter turn, shape (rows, 2)."""
     return np.column_stack([normal[:, 1], -normal[:, 0]])

@@ -1,4 +1,4 @@
-"""Joints from geometry, in one table: what sides share, and where corners and edges touch beside that."""
+"""Find the joints of a scene: shared sides of blocks, and corners and edges that touch elsewhere."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,13 +21,15 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import place
 from masonry_opt.scene.space.shapes import shapes
 
-#: By dimension: shapes of blocks, what of them faces what, and what touches beside it.
+#: Functions for each dimension: shapes of blocks, their sides that face each other, and their corners, which
+#: find the contacts elsewhere.
 _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes, faces.facing, faces.SolidCorners),
 }
 
-#: Length below which coordinates differ by rounding, over the spacing of floating-point numbers there.
+#: Length below which coordinates differ by rounding, relative to the spacing of floating-point numbers at the
+#: largest coordinate.
 _ROUNDING = 64.0
 
 #: Largest width of the small gap between two blocks that face each other, by the pair of their indices.
@@ -36,172 +38,209 @@ Gaps = dict[tuple[int, int], float]
 
 @dataclass(frozen=True)
 class Joints:
-    """Arrays over the joints of a scene, ordered by (first, second) block, and over their contact points,
-    ordered by joint. Points and vectors have two components in the plane, three in space."""
+    """Joints of a scene with their contact points.
 
-    first: np.ndarray  #: index into the scene's blocks, shape (joints,)
-    second: np.ndarray  #: index of the other block, first < second
+    Joints are ordered by first block, then by second block; contact points are ordered by joint. Points and
+    vectors have two components in the plane, three in space. Points are relative to the shapes' origin.
+    """
+
+    first: np.ndarray  #: index of the first block in the scene, shape (joints,)
+    second: np.ndarray  #: index of the second block, larger than that of the first, shape (joints,)
     normal: np.ndarray  #: unit normal from the second block into the first, shape (joints, 2) or (joints, 3)
-    #: Unit vector square to it: in the plane a quarter turn clockwise, in space along the longest side or
-    #: the edge that touches, at a point along a side of the face or one of the two edges.
+    #: Unit vector square to the normal, shape (joints, 2) or (joints, 3). In the plane it is the normal
+    #: turned clockwise by a quarter turn. In space it runs along the longest side of a polygon, or along the
+    #: edge that touches. At a single point it runs along a side of the face, or along one of the two edges
+    #: that cross.
     tangent: np.ndarray
-    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (joints,)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (joints,)
     turn: np.ndarray  #: angle in radians by which alignment turned each normal, shape (joints,)
     shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
-    #: Length, in space area; 0 where a corner stands on an edge, in space along an edge or at a point.
+    #: Length, in space area, shape (joints,). It is zero for a corner on an edge, and in space for a contact
+    #: along an edge or at a point.
     extent: np.ndarray
-    middle: np.ndarray  #: of each joint, of a polygon its centroid, relative to the shapes' origin
-    #: Contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon and
-    #: its holes, or one point, shape (points, 2) or (points, 3).
+    middle: np.ndarray  #: midpoint of each joint, centroid of a polygon, shape (joints, 2) or (joints, 3)
+    #: Contact points, shape (points, 2) or (points, 3): the two ends of an edge, the corners of a polygon and
+    #: of its holes, or one point.
     point: np.ndarray
     joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
-    ring: np.ndarray  #: ring of each contact point, rising, shape (points,): a joint's outer one, then holes
-    friction: np.ndarray  #: shape (joints,)
-    cohesion: np.ndarray  #: per unit of extent, shape (joints,)
-    dilatancy: np.ndarray  #: shape (joints,)
-    #: Mean normal stresses up to which dilatancy is whole, and from which there is none, else ``inf``.
+    ring: np.ndarray  #: ring of each contact point, rising, shape (points,); outer rings precede their holes
+    friction: np.ndarray  #: friction coefficient, ``inf`` if unlimited, shape (joints,)
+    cohesion: np.ndarray  #: cohesion per unit of extent, shape (joints,)
+    dilatancy: np.ndarray  #: dilatancy tan ψ, shape (joints,)
+    #: Mean normal stresses up to which dilatancy is whole, and from which on it is zero, shape (joints, 2);
+    #: ``inf`` if dilatancy does not depend on stress.
     dilatancy_stress: np.ndarray
-    strength: np.ndarray  #: compressive, per unit of extent, ``inf`` where unlimited, shape (joints,)
-    fixed_pairs: int  #: how many touching pairs were left out because both blocks are fixed
-    gaps: Gaps
+    strength: np.ndarray  #: compressive strength per unit of extent, ``inf`` if unlimited, shape (joints,)
+    fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
+    gaps: Gaps  #: small gaps between blocks that face each other
     joining_tolerance: float  #: tolerance that closes all small gaps and aligns their joints; 0 without gaps
-    facing: np.ndarray  #: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
-    #: Pairs of blocks (indices) that meet without a normal, and so without a joint, where not both have one:
-    #: corner on corner, in space also corner on edge or edge along edge; but those beside a small gap.
+    facing: np.ndarray  #: lines along small gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
+    #: Pairs of blocks (indices) that meet without a normal, and so without a joint: corner on corner, in
+    #: space also corner on edge or edge along edge. Places at which both blocks have joints are left out, and
+    #: pairs with a small gap.
     without_normal: list[tuple[int, int]]
-    meets: np.ndarray  #: points where they do, shape (points, 2) or (points, 3)
+    meets: np.ndarray  #: points at which blocks meet without a normal, shape (points, 2) or (points, 3)
 
     @cached_property
     def first_point(self) -> np.ndarray:
-        """Number of the first contact point of each joint, shape (joints,)."""
+        """Return the number of the first contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)))
 
     @property
     def last_point(self) -> np.ndarray:
-        """Number of the last one."""
+        """Return the number of the last contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1
 
     @property
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """The problem's joints, in the plane these, in space their contact points: the joint of each, rising,
-        and the contact points at which it presses, its two ends or itself, shape (points, parts)."""
+        """Return the joints of the optimisation problem and their contact points.
+
+        In the plane these are the joints of the scene, which press at their two ends. In space each contact
+        point is a joint of the problem.
+
+        Returns
+        -------
+        joint : ndarray, shape (parts,)
+            Joint of the scene, rising.
+        point : ndarray, shape (2, parts) in the plane, (1, parts) in space
+            Contact points at which each part presses.
+        """
         if self.point.shape[1] == 2:
             return np.arange(len(self.first)), np.stack([self.first_point, self.last_point])
         return self.joint, np.arange(len(self.joint))[None]
 
     def most(self, values: np.ndarray) -> np.ndarray:
-        """Of values of the contact points the largest of each joint, shape (joints,)."""
+        """Return the largest value of each joint, shape (joints,), for values of its contact points."""
         return np.maximum.reduceat(values, self.first_point)
 
     @property
     def start(self) -> np.ndarray:
-        """First contact point of each joint, shape (joints, 2) or (joints, 3)."""
+        """Return the first contact point of each joint, shape (joints, 2) or (joints, 3)."""
         return self.point[self.first_point]
 
     @property
     def end(self) -> np.ndarray:
-        """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
+        """Return the last contact point of each joint, shape (joints, 2) or (joints, 3)."""
         return self.point[self.last_point]
 
     @property
     def axes(self) -> np.ndarray:
-        """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
+        """Return normals and tangents, in space also their vector products, shape (dim, joints, dim)."""
         across = [np.cross(self.normal, self.tangent)] if self.normal.shape[1] > 2 else []
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sides of all joints' outlines, in the plane the joints themselves: both ends, shape (lines, 2, 2)
-        or (lines, 2, 3), and the joint of each, rising. What has no length has equal ends."""
+        """Return the sides of the outlines of all joints, and the joint of each side, rising.
+
+        In the plane the joints themselves are the sides. Sides are pairs of ends, shape (lines, 2, 2) or
+        (lines, 2, 3). A joint at a single point has one side with equal ends.
+        """
         lines, corner = outline_sides(np.bincount(self.ring), self.point)
         return lines, self.joint[corner]
 
 
 def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of sides of rings of so many corners, and the corner that each begins at; two have one side."""
+    """Return the ends of the sides of rings, and the corner at which each side begins.
+
+    ``count`` is the number of corners of each ring. A ring of two corners has one side.
+    """
     after = following(count)
-    back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
-    return np.stack([points, points[after]], axis=1)[~back], np.flatnonzero(~back)
+    is_way_back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
+    return np.stack([points, points[after]], axis=1)[~is_way_back], np.flatnonzero(~is_way_back)
 
 
 def shapes_of(scene: Scene) -> Extents:
-    """Shapes of the blocks of a scene, in the plane or in space. Raises CaseError if one is wrong."""
+    """Return the shapes of the blocks of a scene. Raises CaseError if a block has no valid shape."""
     return _KINDS[scene.dimension][0](scene)
 
 
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
     """Find the joints of a scene.
 
-    Two blocks, not both fixed, share a joint wherever their sides face each other and stay within the
-    tolerance (or the contact tolerance) over all they share: its line or plane is the sides' bisector.
+    Two blocks, not both fixed, have a joint wherever their sides face each other. The sides must stay within
+    the tolerance, or the contact tolerance, over all that they share. The joint lies on the bisecting line or
+    plane of the sides.
 
-    In the plane sides are edges: they share lengths of ten tolerances or more, or of less, if they stay
-    within a tenth of that length. Where a corner of one stands on an edge of the other, away from such a
-    length, is a joint without length, normal to the edge.
-
-    In space they are outer faces: each connected polygon that two share is one joint; what is narrower than
-    ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
-    a corner on a face and two edges that cross are joints of one.
+    - In the plane sides are edges. The length that two edges share is a joint. Lengths below ten tolerances
+      are joints only if the edges stay within a tenth of the length.
+    - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
+    - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
+      than ten tolerances are no joints.
+    - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
+      that cross, are joints of one point.
 
     Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
     (see :mod:`~.contacts.alignment`).
 
-    Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
-    ``floating``, to show them), an exception names two that do not touch, or too many pairs are near.
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes, from :func:`shapes_of`.
+    floating : bool
+        If True, movable blocks may touch nothing or reach no support, so that they can be drawn.
+
+    Raises
+    ------
+    CaseError
+        If too many pairs of blocks are near each other; if blocks overlap; if a movable block touches nothing
+        or reaches no support, unless ``floating``; or if an exception names two blocks that do not touch.
     """
     pairs = near_pairs(scene, shapes)
     both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
-    _, facing, corners_of = _KINDS[scene.dimension]
-    found = facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
-    touch, joined = found.most <= shapes.contact_tolerance, ~both_fixed[found.pair]
-    fixed_pairs = len(np.unique(found.pair[touch & ~joined]))
-    shared, across = found.where(touch & joined), found.where(~touch & joined)
+    _, find_facing, corners_of = _KINDS[scene.dimension]
+    facing = find_facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
+    touch, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
+    fixed_pairs = len(np.unique(facing.pair[touch & ~can_move]))
+    shared, across = facing.where(touch & can_move), facing.where(~touch & can_move)
     # Two convex blocks that share a side meet nowhere else.
-    alone = ~both_fixed
-    alone[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
-    asked = np.flatnonzero(alone)
+    may_meet_elsewhere = ~both_fixed
+    may_meet_elsewhere[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
+    asked = np.flatnonzero(may_meet_elsewhere)
     corners = corners_of(shapes, np.unique(pairs[asked]))
-    beside = corners.touches(pairs, asked, shared)
-    across = near_misses((shared, beside), across, len(pairs))
+    contacts = corners.touches(pairs, asked, shared)
+    across = near_misses((shared, contacts), across, len(pairs))
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
     joining = joining_tolerance(across)
-    # What sides share first, then lines and points of each pair.
-    owner = np.concatenate([shared.pair, beside.pair])
+    # For each pair of blocks, shared sides come first, then contacts along edges and at points.
+    owner = np.concatenate([shared.pair, contacts.pair])
     order = np.argsort(owner, kind="stable")
-    both = zip(shared.outlines(), beside.outlines(len(shared.pair)), strict=True)
-    tangent, owner_of_ring, count, point = map(np.concatenate, both)
+    outlines = zip(shared.outlines(), contacts.outlines(len(shared.pair)), strict=True)
+    tangent, owner_of_ring, count, point = map(np.concatenate, outlines)
     joint = np.argsort(order)[owner_of_ring]
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
-    meeting, meets = corners.without_normal(pairs, asked, (shared, beside))
-    loose = ~np.isin(meeting, across.pair)
+    meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
+    has_no_gap = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, (first, second), gaps, joining)
-    normal = np.concatenate([shared.normal, beside.normal])[order]
-    accuracy = np.concatenate([shared.accuracy, beside.accuracy])[order]
-    extent = np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order]
-    middle = np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order]
+    normal = np.concatenate([shared.normal, contacts.normal])[order]
+    accuracy = np.concatenate([shared.accuracy, contacts.accuracy])[order]
+    extent = np.concatenate([shared.extent, np.zeros(len(contacts.pair))])[order]
+    middle = np.concatenate([shared.middle, (contacts.start + contacts.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
     rounding = _ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
     ends = pairs[owner[order]]
-    now = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
-    tangent = np.where(now.turn[:, None] > 0, square_to(tangent[order], now.normal), tangent[order])
+    after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
+    tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
     if scene.dimension == 2:
-        extent, middle = _measured_again(now, joint, extent, middle)
+        extent, middle = _measure_moved(after, joint, extent, middle)
     return Joints(
         first=first,
         second=second,
-        normal=now.normal,
+        normal=after.normal,
         tangent=tangent,
         accuracy=accuracy,
-        turn=now.turn,
-        shift=now.shift,
+        turn=after.turn,
+        shift=after.shift,
         extent=extent,
         middle=middle,
-        point=now.point,
+        point=after.point,
         joint=joint,
         ring=ring,
         **joint_properties(scene, first, second, gaps, joining),
@@ -209,19 +248,19 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         gaps=gaps,
         joining_tolerance=joining,
         facing=outline_sides(*across.outlines()[2:])[0],
-        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
-        meets=meets[loose],
+        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
+        meets=meets[has_no_gap],
     )
 
 
-def _measured_again(
-    now: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
+def _measure_moved(
+    after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return lengths and midpoints of plane joints, recomputed where alignment moved a contact point."""
+    """Return lengths and midpoints of plane joints, recomputed if alignment moved a contact point."""
     extent, middle = extent.copy(), middle.copy()
-    moved = np.unique(joint[now.shift > 0])
-    start = now.point[np.searchsorted(joint, moved)]
-    end = now.point[np.searchsorted(joint, moved, side="right") - 1]
+    moved = np.unique(joint[after.shift > 0])
+    start = after.point[np.searchsorted(joint, moved)]
+    end = after.point[np.searchsorted(joint, moved, side="right") - 1]
     extent[moved], middle[moved] = np.hypot(*(end - start).T), (start + end) / 2
     return extent, middle
 
@@ -234,7 +273,9 @@ def joint_properties(
     Raises CaseError if the two blocks of an exception do not touch. The message names the tolerance
     ``joining`` that closes the small gaps if one of ``gaps`` separates the two blocks.
     """
-    found = {name: np.full((len(first), *np.shape(of)), of) for name, of in _values(scene.joints).items()}
+    properties = {
+        name: np.full((len(first), *np.shape(value)), value) for name, value in _values(scene.joints).items()
+    }
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
         one, other = sorted(index[name] for name in exception.between)
@@ -250,13 +291,14 @@ def joint_properties(
             no_joint = f"these blocks {why}, so there is no joint to describe"
             raise CaseError(f"{scene.origin}: {where}: {no_joint}{remedy}")
         for name, value in _values(exception.over(scene.joints)).items():
-            found[name][of_both] = value
-    return found
+            properties[name][of_both] = value
+    return properties
 
 
 def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Properties of a joint, ``inf`` for what does not limit."""
-    slides = np.isfinite(joint.friction)  # else cohesion and dilatancy say nothing
+    """Return the properties of a joint by name, ``inf`` for limits that it does not have."""
+    # A joint with unlimited friction does not slide, so that cohesion and dilatancy have no effect.
+    slides = np.isfinite(joint.friction)
     return {
         "friction": joint.friction,
         "cohesion": joint.cohesion if slides else 0.0,
@@ -266,32 +308,44 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
     }
 
 
-#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
-#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
-_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+#: Largest number of pairs of blocks near each other, in addition to that for each block. A larger value takes
+#: more time and memory before blocks that lie on one another are refused.
+_MOST_PAIRS = 1_000_000
+
+#: Largest number of such pairs for each block. A block among others has about six neighbours. If all blocks
+#: lie on one another, each is a neighbour of all.
+_MOST_PAIRS_PER_BLOCK = 40
+
+#: Number of blocks whose neighbours are searched for at a time.
+_BLOCKS_AT_A_TIME = 100
 
 
 def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
-    """Sorted index pairs (i < j) of blocks whose boxes come near. Raises CaseError if they are too many."""
+    """Return the sorted pairs of indices i < j of blocks whose boxes are near each other, shape (pairs, 2).
+
+    Raises CaseError if there are too many pairs.
+    """
     (low, high), far = shapes.boxes, shapes.reach
-    across = np.argsort(np.ptp(low, axis=0))[-2:]  # in space seen where the scene is least deep
+    # In space, the tree holds the boxes as seen in the direction in which the scene is least deep.
+    across = np.argsort(np.ptp(low, axis=0))[-2:]
     tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
     grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
     count = len(low)
-    found: list[np.ndarray] = []
-    pairs = 0
-    for first in range(0, count, 100):
-        i, j = tree.query(grown[first : first + 100])
+    pairs: list[np.ndarray] = []
+    number_of_pairs = 0
+    for first in range(0, count, _BLOCKS_AT_A_TIME):
+        last = first + _BLOCKS_AT_A_TIME
+        i, j = tree.query(grown[first:last])
         i += first
         apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
         near = (i < j) & (apart <= np.minimum(far[i], far[j]))
-        found.append(np.column_stack([i[near], j[near]]))
-        pairs += len(found[-1])
-        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
-            many = f"the first {min(first + 100, count)} have {pairs} neighbours"
+        pairs.append(np.column_stack([i[near], j[near]]))
+        number_of_pairs += len(pairs[-1])
+        if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            many = f"the first {min(last, count)} have {number_of_pairs} neighbours"
             why = f"blocks lie on one another: {many}; give each block a place of its own"
             raise CaseError(f"{scene.origin}: {why}")
-    return np.unique(np.concatenate(found), axis=0)
+    return np.unique(np.concatenate(pairs), axis=0)
 
 
 def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
@@ -302,27 +356,27 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     (low, high), (i, j) = shapes.boxes, near.T
     inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
     pairs = near[(inside > shapes.contact_tolerance).all(axis=1)]
-    found: dict[int, list[Common]] = {}
+    overlaps: dict[int, list[Common]] = {}
     for number, piece in shapes.overlaps(pairs):
-        found.setdefault(number, []).append(piece)
-        if len(found) == shapes.enough:
+        overlaps.setdefault(number, []).append(piece)
+        if len(overlaps) == shapes.enough:
             break
-    if not found:
+    if not overlaps:
         return
-    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in found.items()}
+    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in overlaps.items()}
     worst = max(size, key=lambda pair: size[pair])
-    deepest = max(found[worst], key=lambda piece: piece.depth)
+    deepest = max(overlaps[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
-    depth = max(piece.depth for pieces in found.values() for piece in pieces)
-    # Rounding leaves slivers; what is deeper is no matter of tolerance.
+    depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
     remedy = shapes.remedy.format(rounded_up(depth, 2))
     if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
         remedy = ", or leave one out: one lies within the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min():
-        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*found]], depth)
+        # Rounding leaves slivers, which a tolerance removes. Deeper overlaps are meant to be moved apart.
+        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
         remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
-    others = len(found) - 1
-    least = "at least " if len(found) == shapes.enough else ""
+    others = len(overlaps) - 1
+    least = "at least " if len(overlaps) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
     at = f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
@@ -336,13 +390,13 @@ def _tolerance_for_overlaps(
 
     ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
     """
-    _, facing, _ = _KINDS[scene.dimension]
+    _, find_facing, _ = _KINDS[scene.dimension]
     shapes = replace(shapes, contact_tolerance=depth)
-    found = facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
+    facing = find_facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
-    touch = (found.most <= shapes.tolerance) & ~overlap[found.pair]
-    apart = near_misses((found.where(touch),), found.where(~touch), len(near))
+    touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
+    apart = near_misses((facing.where(touch),), facing.where(~touch), len(near))
     return max(depth, joining_tolerance(apart))
 
 
@@ -355,7 +409,9 @@ def refuse_floating(
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
+    joints = len(first)
+    # Ties and props that end at the ground count as linked to a fixed block, which does not move either.
+    ground = int(fixed.argmax())
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
         ends = [index.get(name, ground) for name in strut.between]
@@ -364,9 +420,8 @@ def refuse_floating(
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(
-            alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps, joining)}"
-        )
+        advice = _nearest_block(scene, shapes, int(alone[0]), gaps, joining)
+        raise_for(alone, scene, f"touches no other block: {advice}")
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
@@ -374,13 +429,19 @@ def refuse_floating(
         raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
 
 
-def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
-    """Return how far a block that touches nothing is from the block it faces or the nearest, and a remedy."""
+def _nearest_block(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
+    """Return the distance of a block that touches nothing from another block, and a remedy, as text.
+
+    The other block is the nearest one that the block faces, or else the nearest of all blocks.
+    """
     remedy = ""
-    if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
-        (gap, other), which = min(faced), "which it faces, is up to"
+    faced = [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]
+    if faced:
+        gap, other = min(faced)
+        which = "which it faces, is up to"
     else:
-        (other, gap), which = shapes.nearest(block), "the nearest, is"
+        other, gap = shapes.nearest(block)
+        which = "the nearest, is"
     name, both = repr(scene.blocks[other].name), [block, other]
     if not faced and gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting} of either"

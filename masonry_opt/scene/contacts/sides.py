@@ -1,4 +1,9 @@
-"""Sides of blocks that come near each other: what they share, and where blocks touch or meet beside that."""
+"""Find where two blocks share a side, and where they touch or meet elsewhere.
+
+A *side* is an edge of a block in the plane, or an outer face of a block in space. Tables of this module have
+one row for each shared length or polygon (:class:`Facing`), or for each contact at a point or along a line
+(:class:`Touches`).
+"""
 
 from abc import ABC, abstractmethod
 from collections import defaultdict
@@ -10,22 +15,39 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
-#: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
+#: Largest distance between two edges that touch along a length, relative to that length. The tolerance limits
+#: the distance too, so this share matters for lengths below ten tolerances. A larger value accepts edges that
+#: lean more.
 LEAN = 0.1
 
 
 @dataclass(frozen=True)
 class Items:
-    """Faces, edges or corners of the blocks in turn: the block of each, rising, and the boxes round them."""
+    """Faces, edges or corners of all blocks, with the boxes that enclose them."""
 
-    block: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    block: np.ndarray  #: block of each item, rising, shape (items,)
+    low: np.ndarray  #: least coordinates of each item, shape (items, 2) or (items, 3)
+    high: np.ndarray  #: largest coordinates of each item, shape (items, 2) or (items, 3)
 
     def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Pair, rising, and item of its first block that is as near as ``far`` to its second's box."""
-        (low, high), (block, other) = shapes.boxes, pairs.T
+        """Return the items of each pair's first block that are near the box of its second block.
+
+        Parameters
+        ----------
+        shapes : Extents
+            Shapes of the blocks.
+        pairs : ndarray, shape (pairs, 2)
+            Pairs of blocks.
+        far : ndarray, shape (pairs,)
+            Largest distance at which an item is near, for each pair.
+
+        Returns
+        -------
+        pair, item : ndarray, shape (found,)
+            Number of the pair, rising, and number of the item.
+        """
+        low, high = shapes.boxes
+        block, other = pairs.T
         count = np.bincount(self.block, minlength=len(low))
         pair = np.repeat(np.arange(len(pairs)), count[block])
         item = ranges((np.cumsum(count) - count)[block], count[block])
@@ -37,144 +59,238 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> tuple[np.ndarray, ...]:
-    """Pair, rising, item of its first and of its second block, of boxes as near as ``far``."""
-    (one, other), far = kinds, np.broadcast_to(far, len(pairs))
+    """Return pairs of items, one of each block of a pair, whose boxes are near each other.
+
+    Parameters
+    ----------
+    shapes : Extents
+        Shapes of the blocks.
+    pairs : ndarray, shape (pairs, 2)
+        Pairs of blocks.
+    far : ndarray or float
+        Largest distance at which two boxes are near, for each pair or for all pairs.
+    kinds : tuple of Items
+        Items of the first blocks, and items of the second blocks.
+
+    Returns
+    -------
+    pair, first, second : ndarray, shape (found,)
+        Number of the pair, rising, item of its first block, and item of its second block.
+    """
+    one, other = kinds
+    far = np.broadcast_to(far, len(pairs))
     pair1, item1 = one.beside(shapes, pairs, far)
     pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
     first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
-    found = [np.zeros((3, 0), dtype=int)]
-    for some in chunks(count1 * count2):
-        number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
-        pair, i, j = number + some.start, item1[i], item2[j]
-        off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
-        near = off <= far[pair]
-        found.append(np.stack([pair, i, j])[:, near])
-    return tuple(np.concatenate(found, axis=1))
+    rows = [np.zeros((3, 0), dtype=int)]
+    for chunk in chunks(count1 * count2):
+        number, i, j = combine(first1[chunk], count1[chunk], first2[chunk], count2[chunk])
+        pair, i, j = number + chunk.start, item1[i], item2[j]
+        distance = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
+        near = distance <= far[pair]
+        rows.append(np.stack([pair, i, j])[:, near])
+    return tuple(np.concatenate(rows, axis=1))
 
 
 @dataclass(frozen=True)
 class Facing(Rows, ABC):
-    """Lengths or polygons onto which two blocks' sides that face each other project, halfway between them."""
+    """Lengths or polygons that sides of two blocks share, halfway between these sides.
 
-    pair: np.ndarray  #: number of each one's pair of blocks, rising, shape (facing,)
-    most: np.ndarray  #: how far at most the second block's side lies outside the first's, shape (facing,)
-    extent: np.ndarray  #: length, or area, shape (facing,)
-    middle: np.ndarray  #: or centroid, shape (facing, 2) or (facing, 3)
-    normal: np.ndarray  #: unit normal into the first block, of the same shape
-    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (facing,)
-    angle: np.ndarray  #: angle between the two sides, in radians, shape (facing,)
-    shorter: np.ndarray  #: length of the shorter side, in space of the narrower face, shape (facing,)
+    Two sides that face each other share the part of their bisecting line or plane onto which both project.
+    """
+
+    pair: np.ndarray  #: pair of blocks of each row, rising, shape (facing,)
+    most: np.ndarray  #: largest distance of the second block's side outside the first one, shape (facing,)
+    extent: np.ndarray  #: length, in space area, shape (facing,)
+    middle: np.ndarray  #: midpoint, in space centroid, shape (facing, 2) or (facing, 3)
+    normal: np.ndarray  #: unit normal into the first block, shape (facing, 2) or (facing, 3)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (facing,)
+    angle: np.ndarray  #: angle in radians between the two sides, shape (facing,)
+    shorter: np.ndarray  #: length of the shorter edge, in space width of the narrower face, shape (facing,)
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """First tangents; of all rings the number of what they bound, the number of corners, and these, one
-        ring after the other. Outer rings begin with the side along the tangent."""
+        """Return the tangents and the outlines of all rows.
+
+        An outline has an outer ring, which begins with the side along the tangent. Holes follow as further
+        rings.
+
+        Returns
+        -------
+        tangent : ndarray, shape (rows, 2) or (rows, 3)
+            Unit vector along each row.
+        row : ndarray, shape (rings,)
+            Number of the row that each ring bounds.
+        count : ndarray, shape (rings,)
+            Number of corners of each ring.
+        corners : ndarray, shape (corners, 2) or (corners, 3)
+            Corners of the rings, one ring after the other.
+        """
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Distances of points from those with these numbers, shape (points,)."""
+        """Return the distance of each point from the row with its number, shape (points,)."""
 
 
 @dataclass(frozen=True)
 class Touches(Rows):
     """Contacts of pairs of blocks at points, in space also along lines."""
 
-    pair: np.ndarray  #: number of each one's pair, shape (touches,)
+    pair: np.ndarray  #: pair of blocks of each contact, shape (touches,)
     start: np.ndarray  #: one end, shape (touches, 2) or (touches, 3)
-    end: np.ndarray  #: the other one, the same at a point
-    normal: np.ndarray  #: unit normal into the first block, of the same shape
-    #: Square to it: in the plane a quarter turn clockwise, in space of the edge, or of a side of the face.
+    end: np.ndarray  #: other end, equal to ``start`` at a point, shape (touches, 2) or (touches, 3)
+    normal: np.ndarray  #: unit normal into the first block, shape (touches, 2) or (touches, 3)
+    #: Unit vector square to the normal, shape (touches, 2) or (touches, 3). In the plane it is the normal
+    #: turned clockwise by a quarter turn. In space it runs along the edge, or along a side of the face.
     along: np.ndarray
-    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (touches,)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (touches,)
 
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """As of :class:`Facing`, numbers from the first one on: of each one ring, of its end or ends."""
-        long = lengths(self.end - self.start) > 0
-        ends = np.stack([self.start, self.end], axis=1)[np.column_stack([np.ones_like(long), long])]
-        return self.along, first + np.arange(len(long)), 1 + long, ends
+        """Return tangents and outlines in the form of :meth:`Facing.outlines`.
+
+        Each contact has one ring, of one point or of two ends. Rows are numbered from ``first`` on.
+        """
+        is_line = lengths(self.end - self.start) > 0
+        ends = np.stack([self.start, self.end], axis=1)[np.column_stack([np.ones_like(is_line), is_line])]
+        return self.along, first + np.arange(len(is_line)), 1 + is_line, ends
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Distances of points from touches with these numbers, shape (points,)."""
+        """Return the distance of each point from the contact with its number, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
 class BlockCorners(ABC):
-    """Corners of blocks, what they meet without a normal, and where blocks touch at them."""
+    """Corners of blocks, with the contacts of blocks at corners and along edges."""
 
     shapes: Extents
     point: np.ndarray  #: corners, shape (corners, 2) or (corners, 3)
-    corners: Items  #: the same as items
-    met: Items  #: what corners meet without a normal: corners, in space edges
-    start: np.ndarray  #: and its ends
-    end: np.ndarray
-    apart: float  #: how far, in tolerances, from what its pair shares is another place
+    corners: Items  #: corners as items
+    met: Items  #: items that corners meet without a normal: corners, in space edges
+    start: np.ndarray  #: one end of each item of ``met``, shape (items, 2) or (items, 3)
+    end: np.ndarray  #: other end of each item of ``met``, shape (items, 2) or (items, 3)
+    #: Distance, in tolerances, from the sides that two blocks share beyond which a contact is another place.
+    apart: float
 
     @abstractmethod
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Where pairs of blocks touch, those of each kind; ``pair`` is the number in these pairs."""
+        """Return the contacts of pairs of blocks, one table for each kind of contact.
+
+        ``Touches.pair`` is the number of the row in ``pairs``.
+        """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
-        """Where pairs touch away from what they share, and from each other, by pair, kind, then length."""
-        every = self.kinds(pairs[asked])
-        kind = np.repeat(np.arange(len(every)), [len(one.pair) for one in every])
-        found = every[0].then(*every[1:])
-        found = replace(found, pair=asked[found.pair])
+        """Return the contacts of blocks that lie away from shared sides, and from each other.
+
+        They are ordered by pair, then by kind, then by length from the longest on. A contact near an earlier
+        one of its pair is left out.
+
+        Parameters
+        ----------
+        pairs : ndarray, shape (pairs, 2)
+            Pairs of blocks.
+        asked : ndarray, shape (k,)
+            Numbers of the pairs whose contacts are sought.
+        shared : Facing
+            Lengths or polygons that the pairs share.
+        """
+        tables = self.kinds(pairs[asked])
+        kind = np.repeat(np.arange(len(tables)), [len(table.pair) for table in tables])
+        contacts = tables[0].then(*tables[1:])
+        contacts = replace(contacts, pair=asked[contacts.pair])
         near = self.apart * self.shapes.tolerance
-        off = np.zeros(len(found.pair), dtype=bool)
+        is_away = np.zeros(len(contacts.pair), dtype=bool)
         for share in (0.0, 0.5, 1.0):
-            points = found.start + share * (found.end - found.start)
-            off |= nearest(found.pair, points, shared, shared.pair) > near
-        found, kind = found.where(off), kind[off]
-        length = lengths(found.end - found.start)
+            points = contacts.start + share * (contacts.end - contacts.start)
+            is_away |= nearest(contacts.pair, points, shared, shared.pair) > near
+        contacts, kind = contacts.where(is_away), kind[is_away]
+        length = lengths(contacts.end - contacts.start)
         rank = np.round(length / max(float(length.max(initial=0.0)), near), 6)
-        order = np.lexsort((-rank, kind, found.pair))
+        order = np.lexsort((-rank, kind, contacts.pair))
         accepted: defaultdict[int, list[int]] = defaultdict(list)
         for number in order.tolist():
-            own = accepted[found.pair[number]]
-            ends = np.repeat([found.start[number], found.end[number]], len(own), axis=0)
-            away = found.distance(ends, np.array(2 * own, dtype=int)).reshape(2, -1)
-            if away.min(axis=1, initial=np.inf).max() > near:
-                own.append(number)
-        return found.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
+            earlier = accepted[contacts.pair[number]]
+            ends = np.repeat([contacts.start[number], contacts.end[number]], len(earlier), axis=0)
+            distance = contacts.distance(ends, np.array(2 * earlier, dtype=int)).reshape(2, -1)
+            if distance.min(axis=1, initial=np.inf).max() > near:
+                earlier.append(number)
+        return contacts.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
 
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers, rising, of pairs that meet without a normal where not both have a joint; and where."""
+        """Return the pairs that meet at a point without a normal, and the points.
+
+        A point is left out if both blocks have a joint there, with each other or with other blocks.
+
+        Parameters
+        ----------
+        pairs : ndarray, shape (pairs, 2)
+            Pairs of blocks.
+        asked : ndarray, shape (k,)
+            Numbers of the pairs to examine.
+        found : tuple of Facing and Touches
+            Joints of all pairs.
+
+        Returns
+        -------
+        pair : ndarray, shape (points,)
+            Number of the pair, rising.
+        point : ndarray, shape (points, 2) or (points, 3)
+            Point at which the blocks of the pair meet.
+        """
         tolerance, kinds = self.shapes.tolerance, (self.corners, self.met)
-        both = (pairs[asked], pairs[asked, ::-1])
-        meet = [near_items(self.shapes, way, tolerance, kinds) for way in both]
-        pair, i, j = np.concatenate(meet, axis=1)
-        kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
-        pair, point = asked[pair[kept]], self.point[i[kept]]
-        for own in found:
-            off = nearest(pair, point, own, own.pair) > self.apart * tolerance
-            pair, point = pair[off], point[off]
+        both_orders = (pairs[asked], pairs[asked, ::-1])
+        meetings = [near_items(self.shapes, ordered, tolerance, kinds) for ordered in both_orders]
+        pair, i, j = np.concatenate(meetings, axis=1)
+        touches = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
+        pair, point = asked[pair[touches]], self.point[i[touches]]
+        for joints in found:
+            is_away = nearest(pair, point, joints, joints.pair) > self.apart * tolerance
+            pair, point = pair[is_away], point[is_away]
         places = np.column_stack([pair, np.round(point / tolerance)])
         _, once = np.unique(places, axis=0, return_index=True)
         pair, point = pair[once], point[once]
-        held = np.ones(len(pair), dtype=bool)
+        both_have_joints = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
-            away = [nearest(block, point, own, either) for own in found for either in pairs[own.pair].T]
-            held &= np.min(away, axis=0) <= 2 * tolerance
-        return pair[~held], point[~held]
+            distance = [
+                nearest(block, point, joints, owner) for joints in found for owner in pairs[joints.pair].T
+            ]
+            both_have_joints &= np.min(distance, axis=0) <= 2 * tolerance
+        return pair[~both_have_joints], point[~both_have_joints]
 
 
 def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Distances of points from the straight lines between two points each, shape (points,)."""
-    line, beside = end - start, points - start
+    """Return the distance of each point from its line segment, shape (points,).
+
+    A segment with equal ends is a point.
+    """
+    line, offset = end - start, points - start
     square = dots(line, line)
-    at = np.divide(dots(beside, line), square, out=np.zeros_like(square), where=square > 0)
-    return lengths(beside - np.clip(at, 0, 1)[:, None] * line)
+    share = np.divide(dots(offset, line), square, out=np.zeros_like(square), where=square > 0)
+    return lengths(offset - np.clip(share, 0, 1)[:, None] * line)
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Distances of points from the lengths, polygons or touches of their key, ``inf`` without one."""
+    """Return the distance of each point from the nearest row with its key, shape (points,).
+
+    The distance is infinite if no row has the key.
+
+    Parameters
+    ----------
+    key : ndarray, shape (points,)
+        Key of each point, such as a pair of blocks or a block.
+    points : ndarray, shape (points, 2) or (points, 3)
+        Points.
+    found : Facing or Touches
+        Lengths, polygons or contacts.
+    of_found : ndarray, shape (rows,)
+        Key of each row of ``found``.
+    """
     order = np.argsort(of_found, kind="stable")
     first = np.searchsorted(of_found[order], key)
     count = np.searchsorted(of_found[order], key, side="right") - first
-    number, point, at = combine(np.arange(len(key)), np.ones_like(first), first, count)
+    number, point, row = combine(np.arange(len(key)), np.ones_like(first), first, count)
     distance = np.full(len(key), np.inf)
-    np.minimum.at(distance, number, found.distance(points[point], order[at]))
+    np.minimum.at(distance, number, found.distance(points[point], order[row]))
     return distance

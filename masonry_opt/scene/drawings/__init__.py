@@ -1,1 +1,1 @@
-"""Drawings: outlines in DXF and solids in COMPAS JSON, to scenes; and scenes to DXF."""
+"""Readers of drawings and meshes, each of which makes a scene; and the writer of DXF drawings."""

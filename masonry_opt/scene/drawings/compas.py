@@ -1,4 +1,4 @@
-"""COMPAS JSON to a scene: in space, or in the plane of prisms along one direction, seen along it."""
+"""Read COMPAS JSON as a scene, in space, or in the plane if the blocks are prisms along one direction."""
 
 import ast
 import re
@@ -18,17 +18,28 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
 
-_ONE_PLANE = 1e-4  #: Solids lie in one plane if their middles differ by no more, over the thickest of them.
-_RELATIVE_TOLERANCE = 1e-5  #: Lengths that are nothing over a solid's size: corners in single precision.
-#: Outlines of solids in the plane across a direction, and their thickness along it, shape (solids,).
+#: Distance between the middles of solids of one plane, relative to the thickest solid. Larger distances are
+#: refused.
+_PLANE_TOLERANCE = 1e-4
+
+#: Default tolerance of lengths, relative to a solid's size. It allows for corners in single precision.
+_RELATIVE_TOLERANCE = 1e-5
+
+#: Outlines of solids, projected along a direction, and their thickness along it, shape (solids,).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
+
+#: Key of a block, its shape, True if it is a support, and its transformation if it has one.
+_DrawnBlock = tuple[object, Any, bool, Any]
+
+#: Unit vectors of the axes by their names.
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
+#: Keys of the content of COMPAS objects. Tables without these keys wrap the content (in "data", older
+#: "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
 class CompasDrawing(stones.FlatDrawing):
-    """Values that COMPAS data leaves open: see :func:`read_compas`."""
+    """Values that COMPAS data does not contain: see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
 
@@ -50,12 +61,12 @@ def read_compas(
 ) -> Scene:
     """Read a scene from COMPAS JSON: an assembly, a block model, or a list of meshes or polygons.
 
-    In the plane, solids must be prisms along one common level direction; they are projected along it on the
-    plane across, with z upwards. Polygons are taken as they are; those in the plane z = constant with y
-    upwards. In space blocks are whole, of any shape; a support of one face is the top of a slab.
+    In the plane, solids must be prisms along one common horizontal direction. They are projected along this
+    direction, with z upwards. Polygons are read as they are; if they lie in a plane z = constant, y is
+    upwards. In space blocks can have any shape; a support of one face is the top of a slab.
 
-    Raises CaseError if the file cannot be read, a block is no prism, the blocks make no scene, or ``along``
-    is given of a scene in space; the message names the file and the block.
+    Raises CaseError if the file cannot be read, if a block is not a prism, if the blocks make no scene, or if
+    ``along`` is given for a scene in space. The message names the file and the block.
 
     Parameters
     ----------
@@ -101,28 +112,33 @@ def read_compas(
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """The solids seen along the direction that is asked for, or along the only one there is."""
+    """Return the solids, projected along the given direction, or along the only possible one.
+
+    Raises ValueError if the solids are not prisms along it, or several directions are possible.
+    """
     if drawing.along is not None:
         if not any(drawing.along):
             raise ValueError("'along' needs a direction, such as y")
-        asked = np.array(drawing.along)
-        with stones.naming(f"'along' {_said(asked)}:"):
-            return _seen_along(meshes, asked / np.linalg.norm(asked), drawing)
-    views, whys = {}, []
+        along = np.array(drawing.along)
+        with stones.naming(f"'along' {_direction_name(along)}:"):
+            return _seen_along(meshes, along / np.linalg.norm(along), drawing)
+    views = {}
+    failures = []
     for unit in _directions(meshes):
         try:
-            views[_said(unit)] = _seen_along(meshes, unit, drawing)
+            views[_direction_name(unit)] = _seen_along(meshes, unit, drawing)
         except ValueError as error:
-            whys.append(f"along {_said(unit)} {error}")
+            failures.append(f"along {_direction_name(unit)} {error}")
     if not views:
         instead = "Name the direction by 'along' if it is another, or their middles need not lie in one plane"
-        raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. {instead}")
+        raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(failures[:3])}. {instead}")
     if len(views) > 1:
         raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
     return next(iter(views.values()))
 
 
-def _said(direction: np.ndarray) -> str:
+def _direction_name(direction: np.ndarray) -> str:
+    """Return the name of a direction: that of an axis, or its components."""
     for name, axis in _AXES.items():
         if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
             return name
@@ -130,6 +146,7 @@ def _said(direction: np.ndarray) -> str:
 
 
 def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> list[Block]:
+    """Return the blocks of projected solids, with their weights and live loads."""
     blocks = []
     for mesh, outline, thickness in zip(meshes, *view, strict=True):
         weight = drawing.unit_weight * outline.area * float(thickness)
@@ -139,36 +156,46 @@ def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> 
 
 
 def _axes(unit: np.ndarray) -> np.ndarray:
-    """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
-    Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane."""
+    """Return the axes of the plane perpendicular to a direction, shape (2, 3).
+
+    The second axis is z upwards, or y if the direction is z. Raises ValueError if the direction is neither
+    horizontal nor z, because weights would not act in the plane.
+    """
     if abs(abs(unit[2]) - 1) < 1e-9:
         return np.eye(3)[:2]
     if abs(unit[2]) > 1e-6:
         raise ValueError("is neither level nor upright: weights would not act in the plane")
     across = np.cross(unit, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    # Seen from the side from which x (or else y) runs to the right.
+    # The view is from the side on which x (or y, if x has no part) runs to the right.
     if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
         across = -across
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
 
 
 def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
-    """Directions along which solids may be prisms: y, x, level normals of one's faces; of polygons also z."""
+    """Return the directions along which solids may be prisms.
+
+    These are y, x and the horizontal normals of the first solid's faces; for polygons also z.
+    """
     x, y, z = np.eye(3)
-    found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
+    directions = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
     for face in solids[0].faces[:100]:
         normal = area_vector(solids[0].points[face])
         size = float(np.linalg.norm(normal))
-        new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in found)
-        if abs(normal[2]) < 1e-6 * size and new:
-            found.append(normal / size)
-    return found
+        is_new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in directions)
+        if abs(normal[2]) < 1e-6 * size and is_new:
+            directions.append(normal / size)
+    return directions
 
 
 def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
-    """The solids as prisms along a direction; ValueError, naming the block, if one is none, or lies apart."""
-    plane, outlines = _axes(unit), []
+    """Return the solids as prisms along a direction.
+
+    Raises ValueError, which names the block, if one is not a prism or does not lie in the common plane.
+    """
+    plane = _axes(unit)
+    outlines = []
     flat = all(mesh.flat for mesh in meshes)
     for mesh in meshes:
         if mesh.flat and not flat:
@@ -176,14 +203,14 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
     along = [mesh.points @ unit for mesh in meshes]
-    begin, end = np.array([(own.min(), own.max()) for own in along]).T
+    begin, end = np.array([(positions.min(), positions.max()) for positions in along]).T
     if not flat and drawing.along is not None:
         if begin.max() >= end.min():
             behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
             raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
     elif not flat:
         middle = (begin + end) / 2
-        off = np.abs(middle - np.median(middle)) > _ONE_PLANE * (end - begin).max()
+        off = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
         if off.any():
             other = meshes[off.argmax()].name
             raise ValueError(f"block '{other}' has its middle in another plane than most")
@@ -191,9 +218,10 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
 
 
 def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
-    """The outline of a prism's ends, which must be the same."""
+    """Return the outline of the two equal ends of a prism. Raises ValueError if there are none."""
     tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    along, seen = mesh.points @ unit, mesh.points @ plane.T
+    along = mesh.points @ unit
+    seen = mesh.points @ plane.T
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
@@ -215,27 +243,30 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
 
 
 def _meshes(data: Any) -> list[Mesh]:
-    """Blocks of an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem or a
-    problem that holds one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError
-    if it is none of these, or a block cannot be read, with its name."""
-    found: dict[str, Mesh] = {}
+    """Return the blocks of COMPAS data.
+
+    The data is an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem, a
+    problem that contains one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError if it is
+    none of these, or if a block, which is named, cannot be read.
+    """
+    meshes: dict[str, Mesh] = {}
     for key, shape, fixed, matrix in _drawn(data):
         name = stones.block_name(_text(key)) or "block"
-        if name in found:
+        if name in meshes:
             raise ValueError(f"has two blocks '{name}': rename one")
         try:
             points, faces = _faces(shape)
-            found[name] = Mesh(name, _moved(points, matrix), faces, fixed)
+            meshes[name] = Mesh(name, _moved(points, matrix), faces, fixed)
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
             why = str(error) if isinstance(error, CaseError) else "has no mesh, polyhedron or polygon"
             raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
-    if not found:
+    if not meshes:
         raise ValueError("holds no blocks")
-    return list(found.values())
+    return list(meshes.values())
 
 
 def _text(key: object) -> str:
-    """The text of a key, which COMPAS writes as Python does: in quotes."""
+    """Return the text of a key, without the quotes in which COMPAS may write it."""
     text = str(key)
     try:
         return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
@@ -244,77 +275,102 @@ def _text(key: object) -> str:
 
 
 def _content(value: Any) -> Any:
-    """The inside of the wrapping of a COMPAS object."""
+    """Return the content of a COMPAS object, without the tables that wrap it."""
     while isinstance(value, dict) and not any(key in value for key in _CONTENT):
-        if (inner := value.get("data", value.get("value"))) is None:
+        inner = value.get("data", value.get("value"))
+        if inner is None:
             break
         value = inner
     return value
 
 
 def _table(value: Any) -> dict[str, Any]:
+    """Return the value if it is a table, else an empty one."""
     return value if isinstance(value, dict) else {}
 
 
-def _drawn(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
-    """Key, shape, whether it is a support, and transformation, of each block."""
+def _drawn(data: Any) -> Iterator[_DrawnBlock]:
+    """Yield the blocks of an assembly, a model, a list or an object that contains one of them."""
     content = _content(data)
-    data = _table(content)
     if isinstance(content, list):
-        for number, one in enumerate(_flattened(content)):
-            yield number, one, _is_support(_table(_content(one)).get("attributes")), None
-    elif "model" in data:
-        yield from _drawn(data["model"])
-    elif isinstance(data.get("elements"), dict | list):
-        if data.get("transformation"):
-            raise ValueError("has a model that is transformed as a whole: apply the transformation first")
-        elements = data["elements"]
-        for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
-            own = _table(_table(element).get("data"))
-            yield number, own.get("geometry", own.get("shape")), _is_support(own), own.get("transformation")
-    elif "graph" in data:
-        yield from _drawn(data["graph"])
-    elif isinstance(data.get("node"), dict):
-        for key, node in _sorted(data["node"]):
+        yield from _drawn_in_list(content)
+        return
+    table = _table(content)
+    blocks = table.get("blocks", table.get("courses"))
+    if "model" in table:
+        yield from _drawn(table["model"])
+    elif isinstance(table.get("elements"), dict | list):
+        yield from _drawn_in_model(table)
+    elif "graph" in table:
+        yield from _drawn(table["graph"])
+    elif isinstance(table.get("node"), dict):
+        for key, node in _sorted(table["node"]):
             yield key, _table(node).get("block"), _is_support(node), None
-    elif isinstance(data.get("blocks"), dict):
-        assembly = _table(data.get("assembly"))
-        nodes = _table(assembly.get("node", assembly.get("vertex")))
-        for key, block in _sorted(data["blocks"]):
-            yield key, block, _is_support(nodes.get(key)), None
-    elif isinstance(blocks := data.get("blocks", data.get("courses")), list):
+    elif isinstance(table.get("blocks"), dict):
+        yield from _drawn_in_assembly(table)
+    elif isinstance(blocks, list):
         yield from _drawn(blocks)
     else:
         known = "an assembly, a model, or a list of meshes or polygons"
         raise ValueError(f"is no COMPAS data: it must hold {known}")
 
 
+def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
+    """Yield the blocks of a list, numbered from 0."""
+    for number, item in enumerate(_flattened(items)):
+        attributes = _table(_content(item)).get("attributes")
+        yield number, item, _is_support(attributes), None
+
+
+def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
+    """Yield the elements of a block model, numbered from 0."""
+    if model.get("transformation"):
+        raise ValueError("has a model that is transformed as a whole: apply the transformation first")
+    elements = model["elements"]
+    for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
+        keys = _table(_table(element).get("data"))
+        yield number, keys.get("geometry", keys.get("shape")), _is_support(keys), keys.get("transformation")
+
+
+def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
+    """Yield the blocks of an assembly that stores them beside its graph."""
+    assembly = _table(table.get("assembly"))
+    nodes = _table(assembly.get("node", assembly.get("vertex")))
+    for key, block in _sorted(table["blocks"]):
+        yield key, block, _is_support(nodes.get(key)), None
+
+
 def _flattened(items: list[Any]) -> Iterator[Any]:
-    """Blocks of a list, or of lists in it, as courses are; a list of points is a polygon."""
+    """Yield the blocks of a list, or of lists in it, such as courses.
+
+    A list of points is a polygon.
+    """
     for item in items:
-        several = isinstance(item, list) and all(map(_may_be_block, item))
-        yield from _flattened(item) if several else [item]
+        is_list_of_blocks = isinstance(item, list) and all(map(_may_be_block, item))
+        yield from _flattened(item) if is_list_of_blocks else [item]
 
 
 def _may_be_block(value: Any) -> bool:
-    inside = _content(value)
-    point = isinstance(inside, list) and all(isinstance(number, int | float) for number in inside)
-    return isinstance(value, dict | list) and not point
+    """Return True if a value is a table or a list, but not a point."""
+    content = _content(value)
+    is_point = isinstance(content, list) and all(isinstance(number, int | float) for number in content)
+    return isinstance(value, dict | list) and not is_point
 
 
 def _is_support(attributes: Any) -> bool:
+    """Return True if attributes mark a support."""
     return _table(attributes).get("is_support") is True
 
 
 def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
-    """By number, where all keys are numbers; else as they stand."""
+    """Return the entries of a table, sorted by number if all keys are numbers."""
     if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
         return sorted(table.items(), key=lambda entry: int(entry[0]))
     return list(table.items())
 
 
 def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
-    """Points and faces of a mesh or polyhedron; of a polygon one face."""
+    """Return the points and faces of a mesh or polyhedron; a polygon has one face."""
     shape = _content(shape)
     if isinstance(shape, list):
         return _polygon(shape)
@@ -323,8 +379,8 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
     if isinstance(shape.get("vertex"), dict):
         table = shape["vertex"]
         index = {key.strip("'\""): number for number, key in enumerate(table)}
-        usual = shape.get("default_vertex_attributes", shape.get("dva")) or {}
-        points = [[corner.get(axis, usual.get(axis, 0.0)) for axis in "xyz"] for corner in table.values()]
+        default = shape.get("default_vertex_attributes", shape.get("dva")) or {}
+        points = [[corner.get(axis, default.get(axis, 0.0)) for axis in "xyz"] for corner in table.values()]
         faces = [[index[str(key).strip("'\"")] for key in face] for face in shape["face"].values() if face]
     elif "vertices" in shape:
         points, faces = shape["vertices"], [list(face) for face in shape["faces"]]
@@ -339,10 +395,11 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
-    """Corners and faces of a box, whose frame stands in its middle."""
+    """Return the corners and faces of a box, whose frame has its origin in the middle of the box."""
     frame = _table(_content(shape["frame"]))
     point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
-    z, half = np.cross(x, y), [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    z = np.cross(x, y)
+    half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
     if not (z.any() and min(half) > 0):
         raise CaseError("is a box without extent, or whose frame has no two axes")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
@@ -351,6 +408,7 @@ def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
+    """Return the corners of a polygon, and its single face."""
     corners = _numbers([_content(point) for point in points])
     if len(corners) > 1 and (corners[0] == corners[-1]).all():
         corners = corners[:-1]
@@ -360,7 +418,7 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _numbers(points: list[Any]) -> np.ndarray:
-    """Points in space, shape (points, 3); those of a plane get z = 0."""
+    """Return points in space, shape (points, 3); points with two coordinates have z = 0."""
     rows = [tuple(map(_number, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
         raise CaseError("has a corner of neither two nor three coordinates")
@@ -368,13 +426,14 @@ def _numbers(points: list[Any]) -> np.ndarray:
 
 
 def _number(value: Any) -> float:
+    """Return a coordinate as a number. Raises CaseError if it is not one."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
         raise CaseError("has a coordinate that is no number")
     return float(value)
 
 
 def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
-    """The points where the transformation of their block puts them."""
+    """Return the points after the transformation of their block."""
     if transformation is None:
         return points
     matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])

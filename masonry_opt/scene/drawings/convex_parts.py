@@ -1,4 +1,4 @@
-"""Polyhedra with notches and holes, cut into convex parts."""
+"""Cut polyhedra with notches and holes into convex parts."""
 
 from typing import NamedTuple
 
@@ -11,73 +11,95 @@ from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.faces import place
 
-_MOST_PARTS = 1000  #: Of one block: more are of a curved surface, whose contacts nobody could solve for.
-_EXACT = 1e-3  #: Share of the tolerance within which triangles of a hull are of one plane for certain.
-_THIN_PARTS = 1e-3  #: Share of a block's volume that thin parts may leave out: 0.03 % of a curved one.
+#: Largest number of convex parts of one block. Curved surfaces need more, and have too many contacts to be
+#: solved.
+_MOST_PARTS = 1000
+
+#: Distance, relative to the tolerance, within which triangles of a hull are certainly in one plane.
+_COPLANAR_SHARE = 1e-3
+
+#: Largest share of a block's volume in parts that are left out because they are thin. A curved block leaves
+#: out about 0.03 %.
+_MOST_THIN_VOLUME = 1e-3
+
+#: Corners of a unit square.
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+#: Faces of a unit cube.
 _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
 
 
 class _Pieces(NamedTuple):
-    """Convex pieces of sides in a cell: corners of each, shape (corners, 3), and the numbers of the sides."""
+    """Convex pieces of sides in a cell."""
 
-    rings: list[np.ndarray]
-    side: np.ndarray
+    rings: list[np.ndarray]  #: corners of each piece, shape (corners, 3)
+    side: np.ndarray  #: number of the side of each piece
 
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest height of each piece over planes, shape (pieces, planes) each."""
+        """Return the least and largest height of each piece over planes, shape (pieces, planes) each."""
         over = np.concatenate(self.rings) @ normal.T - dots(base, normal)
         piece = np.repeat(np.arange(len(self.rings)), list(map(len, self.rings)))
         return bounds(piece, over, len(self.rings))
 
 
 def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
-    """Convex polyhedra that make up a closed one.
+    """Return convex polyhedra that make up a closed one.
 
-    Space is cut along the planes of sides, each cell along those of the sides in it, until no cell has a side
-    inside: it is then full or empty (binary space partition: Fuchs, Kedem and Naylor 1980). Sides that cut
-    off empty space alone come first, then those that cut fewest others. Parts thinner than the tolerance are
-    left out. Of several closed surfaces, which may touch, there are those of all.
+    The algorithm is binary space partition (Fuchs, Kedem and Naylor 1980). Space is cut along the planes of
+    sides, and each cell along those of the sides in it, until no cell has a side inside. A cell is then full
+    or empty. Sides that cut off only empty space come first, then those that cut the fewest other sides.
+    Parts thinner than the tolerance are left out. If there are several closed surfaces, which may touch, the
+    parts are those of all.
 
-    Raises ValueError if the sides do not close or cross, or there are too many parts, or none.
+    Raises ValueError if the sides do not close or cross each other, if there are too many parts, or if there
+    is none.
     """
     sides = [side for side in block.sides if side.width > tolerance]
     base, normal = np.array([(side.base, side.normal) for side in sides]).reshape(-1, 2, 3).swapaxes(0, 1)
-    corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
+    corners = block.points[np.unique([corner for side in sides for ring in side.rings for corner in ring])]
     low, high = corners.min(axis=0), corners.max(axis=0)
     low, high = low - (high - low), high + (high - low)
     cell = [low + face * (high - low) for face in _UNIT_BOX]
-    waiting = [(_pieces(block.points, sides, tolerance), cell)]
-    found: list[MeshSolid] = []
-    while waiting:
-        pieces, cell = waiting.pop()
+    queue = [(_pieces(block.points, sides, tolerance), cell)]
+    parts: list[MeshSolid] = []
+    while queue:
+        pieces, cell = queue.pop()
         number = _best(pieces, base, normal, tolerance)
         halves = _divided(pieces, base[number], normal[number], tolerance)
-        # Sides in the plane that look the other way: where closed surfaces touch, both halves are full.
+        # If sides in the plane face the other way, closed surfaces touch there, and both halves are full.
         within = np.setdiff1d(pieces.side, np.concatenate([half.side for half in halves]))
-        ahead = (base[within] - base[number]) @ normal[number] > -_EXACT * tolerance
+        ahead = (base[within] - base[number]) @ normal[number] > -_COPLANAR_SHARE * tolerance
         touching = bool((ahead & (normal[within] @ normal[number] < 0)).any())
         for half, sign, full in zip(halves, (-1.0, 1.0), (touching, True), strict=True):
-            own = _clipped(cell, base[number], sign * normal[number]) if half.rings or full else []
+            clipped = _clipped(cell, base[number], sign * normal[number]) if half.rings or full else []
             if half.rings:
-                waiting.append((half, own))
-            elif part := _part(own, tolerance):
-                found.append(part)
-        if len(found) + len(waiting) > _MOST_PARTS:
+                queue.append((half, clipped))
+                continue
+            part = _part(clipped, tolerance)
+            if part:
+                parts.append(part)
+        if len(parts) + len(queue) > _MOST_PARTS:
             raise ValueError(f"is not convex, and needs more than {_MOST_PARTS} convex parts: simplify it")
-    if not found:
+    if not parts:
         raise ValueError("has no volume: give the faces of a solid, all outwards")
-    off, edge = abs(sum(part.volume for part in found) - block.volume), block.unclosed()
+    _check_volume(block, parts, tolerance)
+    return parts
+
+
+def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
+    """Raise ValueError if the parts of a block do not have its volume."""
+    off = abs(sum(part.volume for part in parts) - block.volume)
+    edge = block.unclosed()
     rounding = tolerance * sum(side.area for side in block.sides)
     if edge is not None and off > rounding:
         one, other = map(place, edge)
         raise ValueError(f"is not closed at its edge from {one} to {other}: give each edge in two faces")
-    if off > _THIN_PARTS * abs(block.volume) + rounding:
+    if off > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
         raise ValueError("has faces that cross or lie in one another: make one closed surface of them")
-    return found
 
 
 def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
+    """Return the convex pieces of all sides."""
     rings: list[np.ndarray] = []
     numbers: list[int] = []
     for number, side in enumerate(sides):
@@ -92,7 +114,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """The side to cut along."""
+    """Return the side along whose plane the cell is cut."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
     ahead, behind = high > tolerance, low < -tolerance
@@ -101,32 +123,35 @@ def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: floa
 
 
 def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
-    """The pieces in front of a plane and behind it, without those in it."""
+    """Return the pieces in front of a plane and those behind it, without those in the plane."""
     low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
     ahead, behind = high > tolerance, low < -tolerance
 
     def half(within: np.ndarray, beyond: np.ndarray, normal: np.ndarray) -> _Pieces:
-        own = ((pieces.rings[number], beyond[number]) for number in np.flatnonzero(within))
-        rings = [_cut(ring, base, normal)[0] if crosses else ring for ring, crosses in own]
+        rings = []
+        for number in np.flatnonzero(within):
+            ring = pieces.rings[number]
+            rings.append(_cut(ring, base, normal)[0] if beyond[number] else ring)
         return _Pieces(rings, pieces.side[within])
 
     return [half(ahead, behind, -normal), half(behind, ahead, normal)]
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A convex polygon behind a plane, and those of its corners that lie in the plane."""
+    """Return the part of a convex polygon behind a plane, and those of its corners that lie in the plane."""
     height = (ring - base) @ normal
     after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
     crosses = (height > 0) != (height_after > 0)
     share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
-    kept = np.column_stack([height <= 0, crosses]).ravel()
-    every = np.stack([ring, ring + share[:, None] * (after - ring)], axis=1).reshape(-1, 3)
+    # Each corner is followed by the point at which the side behind it crosses the plane.
+    points = np.stack([ring, ring + share[:, None] * (after - ring)], axis=1).reshape(-1, 3)
+    behind = np.column_stack([height <= 0, crosses]).ravel()
     in_plane = np.column_stack([height == 0, crosses]).ravel()
-    return every[kept], every[in_plane]
+    return points[behind], points[in_plane]
 
 
 def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
-    """Faces of a convex polyhedron behind a plane."""
+    """Return the faces of the part of a convex polyhedron behind a plane."""
     cuts = [_cut(ring, base, normal) for ring in cell]
     faces = [ring for ring, _ in cuts if len(ring) > 2]
     lid = np.concatenate([corners for _, corners in cuts])
@@ -138,16 +163,16 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 
 def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
-    """A cell as a polyhedron; None if it is thinner than the tolerance."""
-    every = np.concatenate(cell) if cell else np.zeros((0, 3))
-    corners = every[np.unique(first_near(every, tolerance / 4))]
+    """Return a cell as a polyhedron, or None if it is thinner than the tolerance."""
+    points = np.concatenate(cell) if cell else np.zeros((0, 3))
+    corners = points[np.unique(first_near(points, tolerance / 4))]
     try:
-        # Of corners that were joined: closed whatever they were rounded to.
+        # The hull of the joined corners is closed, whatever their rounding.
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
-            shape = polyhedron(mesh, _EXACT * tolerance)
+        if not shape.convex(tolerance):  # the plane of a narrow side of several triangles may be inclined
+            shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):
         return None
     return shape if 2 * hull.volume > tolerance * hull.area else None

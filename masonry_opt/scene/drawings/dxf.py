@@ -1,4 +1,4 @@
-"""DXF to a scene, and back."""
+"""Read DXF drawings as scenes, and write scenes as DXF drawings."""
 
 import io
 from collections import Counter, defaultdict
@@ -20,11 +20,12 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
 
-WINDOWS = ("window", "door", "opening")  #: Openings have one of these words in the names of their layers.
+#: Words of which one is in the name of a layer of openings.
+WINDOWS = ("window", "door", "opening")
 
 
 class DxfDrawing(stones.FlatDrawing):
-    """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
+    """Values that a DXF drawing does not contain, and the meaning of its layers: see :func:`read_dxf`."""
 
     model_config = ConfigDict(title="a DXF drawing")
 
@@ -60,18 +61,18 @@ def read_dxf(
     """Read a scene from the closed outlines of a DXF drawing, or from a net of joint lines.
 
     Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
-    pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a
-    block; an outline inside another one is a hole of it, and one inside a hole is a block again. A text
-    inside a block names it, if it is the only one there and names no other block; other blocks are named by
-    layer and handle. Blocks are in the order of the drawing.
+    pieces of ellipses and splines of one layer. They are read from the model space, on visible layers. Each
+    outline is a block. An outline inside another one is a hole of it, and one inside a hole is a block again.
+    A text inside a block is its name, if it is the only text there and names no other block. Other blocks are
+    named by layer and handle. Blocks are in the order of the drawing.
 
-    Of a net the closed cells between all lines are blocks, wherever these cross and branch, beside the
-    supports, which are closed outlines. Cells are named by layer and number, from below and from the left.
+    In a net the blocks are the closed cells between all lines, which may cross and branch, and the supports,
+    which are closed outlines. Cells are named by layer and number, from below and from the left.
 
-    Raises CaseError if the file cannot be read, an outline is no block, or the blocks make no scene; the
-    message names the file, and the entity by its handle and layer; and OptionError if ezdxf, of the extra
-    "drawings", is not installed, the thickness is no positive number, or ``window_layers`` are given without
-    ``net``.
+    Raises CaseError if the file cannot be read, an outline is not a block, or the blocks make no scene. The
+    message names the file, and the entity by its handle and layer. Raises OptionError if ezdxf, of the extra
+    "drawings", is not installed, if the thickness is not a positive number, or if ``window_layers`` are given
+    without ``net``.
 
     Parameters
     ----------
@@ -119,62 +120,67 @@ def read_dxf(
         found = outlines.outlines_with_holes(closed, short, overlap=max(short, apart))
         lines = [curve for curve in curves if drawing.net and not _has(curve, drawing.fixed_layers)]
         windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
-        if joints := [curve for curve in lines if not _has(curve, drawing.window_layers)]:
+        joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
+        if joints:
             near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
-            found = [*outlines.net_cells(joints, windows, [one.polygon for one in found], near), *found]
+            supports = [outline.polygon for outline in found]
+            found = [*outlines.net_cells(joints, windows, supports, near), *found]
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
-        own = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-        # The live load of each block, over its weight.
-        pushes = [own.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
+        live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
+        # The live load of each block as a multiple of its weight.
+        pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing)
         if drawing.thickness is not None:
             flat = stones.scene_of(blocks, drawing, path)
             blocks = extrude(flat.replace(thickness=drawing.thickness)).in_space()
             pushes = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
-        pushed = zip(blocks, pushes, strict=True)
-        loaded = [one if one.fixed else one.replace(live_per_weight=push) for one, push in pushed]
+        loaded = [
+            block if block.fixed else block.replace(live_per_weight=push)
+            for block, push in zip(blocks, pushes, strict=True)
+        ]
         return stones.scene_of(loaded, drawing, path)
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
+    """Return the entities on the selected layers. Raises ValueError if a given layer has none."""
     drawn = [outlines.layer_of(entity).casefold() for entity in entities]
     for key, option in (("layers", "--layer"), ("without_layers", "--without-layer")):
         for layer in getattr(drawing, key) or ():
             if layer.casefold() not in drawn:
                 raise ValueError(f"'{key}' ({option}): nothing is drawn on '{layer}'{_known(entities)}")
-    asked = {layer.casefold() for layer in drawing.layers or drawn}
-    asked -= {layer.casefold() for layer in drawing.without_layers}
-    return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in asked]
+    selected = {layer.casefold() for layer in drawing.layers or drawn}
+    selected -= {layer.casefold() for layer in drawing.without_layers}
+    return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in selected]
 
 
 def _has(curve: Curve, words: Iterable[str]) -> bool:
-    """Whether the name of its layer contains one of the words."""
+    """Return True if the name of a curve's layer contains one of the words."""
     return any(word.casefold() in curve.layer.casefold() for word in words)
 
 
 def _known(entities: list[Any]) -> str:
-    """The layers that something is drawn on, as a message ends with them."""
+    """Return the layers with entities, as the end of a message."""
     layers = sorted({outlines.layer_of(entity) for entity in entities})
     return f" (layers drawn on: {stones.listed(layers)})" if layers else " (it is empty)"
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
-    """Names of the blocks, from the texts that stand in them, else from layer and handle."""
-    said: defaultdict[int, list[str]] = defaultdict(list)
+    """Return the names of the blocks: the texts inside them, else their layers and handles."""
+    texts_in: defaultdict[int, list[str]] = defaultdict(list)
     tree = shapely.STRtree([shape.polygon for shape in found])
     for text, x, y in outlines.texts(entities):
         for block in tree.query(shapely.Point(x * scale, y * scale), predicate="within").tolist():
-            said[block].append(stones.block_name(text))
-    alone = {block: texts[0] for block, texts in said.items() if len(texts) == 1}
-    once = Counter(alone.values())
-    own = {block: text for block, text in alone.items() if text and once[text] == 1}
-    drawn = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in found)
-    return [own.get(block, name) for block, name in enumerate(drawn)]
+            texts_in[block].append(stones.block_name(text))
+    single = {block: texts[0] for block, texts in texts_in.items() if len(texts) == 1}
+    count = Counter(single.values())
+    unique = {block: text for block, text in single.items() if text and count[text] == 1}
+    default_names = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in found)
+    return [unique.get(block, name) for block, name in enumerate(default_names)]
 
 
 def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
-    """The blocks without their live load."""
+    """Return the blocks without their live loads. Raises ValueError if there are no supports."""
     words = [word.casefold() for word in drawing.fixed_layers]
     drawn = zip(names, found, strict=True)
     blocks = [drawing.block(name, shape.polygon, _has(shape.curve, words)) for name, shape in drawn]
@@ -193,14 +199,15 @@ def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing)
 def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
 
-    Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it, on
-    the layer "names"; parts of a block that touch are one outline. :func:`read_dxf` gives the same blocks;
-    weights, loads and joints are not drawn.
+    Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it on
+    the layer "names". Parts of a block that touch are one outline. :func:`read_dxf` reads the same blocks
+    again. Weights, loads and joints are not drawn.
 
-    Raises CaseError if it is no scene, a block has no area or parts apart from each other, or the path does
-    not end in ``.dxf``; OptionError if ezdxf, of the extra "drawings", is not installed, or the file would
-    replace one that was not written here, which is known by a mark in it, unless ``force``; and OutputError
-    if it cannot be written: an old one then stands.
+    Raises CaseError if the argument is not a scene, if a block has no area or separate parts, or if the path
+    does not end in ``.dxf``. Raises OptionError if ezdxf, of the extra "drawings", is not installed, or if a
+    file exists that was not written by this package, unless ``force`` is True. Files of this package are
+    recognised by a mark in them. Raises OutputError if the file cannot be written; an old one is then
+    unchanged.
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
@@ -208,13 +215,14 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     refuse_replacing(path, force)
     ezdxf = outlines.ezdxf()
     document = ezdxf.new("R2010")
-    document.units = 0  # the scene's, which has no name
+    document.units = 0  # no unit, because a scene can have any
     for name in ("blocks", "fixed", "names"):
         document.layers.add(name)
     space = document.modelspace()
-    geometry(scene)  # refuses what has no area or crosses itself
+    geometry(scene)  # raises CaseError for blocks without area, or that cross themselves
     drawn = [(block, _drawn(block, scene)) for block in scene.in_plane()]
-    # A block that fills a hole comes after it: of two outlines that are the same the first is the outer one.
+    # A block that fills a hole is written after the hole, because of two equal outlines the first is the
+    # outer.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
         for ring in (polygon.exterior, *polygon.interiors):
@@ -225,13 +233,14 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         text.set_placement((inside.x, inside.y), align=middle)
     stream = io.StringIO()
     document.write(stream)
-    # 999: a comment follows.
+    # The code 999 begins a comment.
     write_file(path, f"999\n{MARK}\n{stream.getvalue()}", OutputError)
 
 
 def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
-    """A block as one polygon, with its own corners where it has one outline and no hole."""
-    rings, holes = ([shapely.Polygon(ring) for ring in drawn] for drawn in (block.rings, block.holes))
+    """Return a block as one polygon, with its own corners if it has one outline and no hole."""
+    rings = [shapely.Polygon(ring) for ring in block.rings]
+    holes = [shapely.Polygon(ring) for ring in block.holes]
     if len(rings) == 1 and not holes:
         return rings[0]
     whole = shapely.union_all(rings).difference(shapely.union_all(holes))

@@ -1,4 +1,4 @@
-"""OBJ, PLY and STL to a scene in space."""
+"""Read OBJ, PLY and STL meshes as scenes in space."""
 
 import io
 from collections.abc import Iterable
@@ -16,9 +16,13 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
-MESHES = (".obj", ".ply", ".stl")  #: Files that are read, by the end of their names.
-_LARGEST_MESH = 200_000_000  #: Bytes; some 100 a triangle.
-#: Axes x, y, z of a scene, by the axis of the file that points upwards.
+#: Endings of the names of mesh files that can be read.
+MESHES = (".obj", ".ply", ".stl")
+
+#: Largest size of a mesh file, in bytes. A triangle takes about 100.
+_LARGEST_MESH = 200_000_000
+
+#: Axes x, y, z of a scene, as rows, for the axis of the file that points upwards.
 _AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -27,7 +31,7 @@ _AXES = {
 
 
 class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
-    """Values that a mesh leaves open, and how it is meant: see :func:`read_mesh`."""
+    """Values that a mesh does not contain, and its axes and unit: see :func:`read_mesh`."""
 
     model_config = ConfigDict(title="a mesh")
 
@@ -48,13 +52,13 @@ def read_mesh(
 ) -> Scene:
     """Read a scene in space from closed meshes, one a block.
 
-    Objects of an OBJ file are the blocks, or its groups if it has no objects; of a file with one mesh alone,
-    as PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
-    triangles; blocks that are not convex are cut into convex parts.
+    The blocks are the objects of an OBJ file, or its groups if it has no objects. In a file with a single
+    mesh, such as PLY and STL files, they are its closed surfaces. Faces of one plane are merged, and faces
+    that are not flat are cut into triangles. Blocks that are not convex are cut into convex parts.
 
-    Raises CaseError if the file cannot be read, a block is no closed surface or nothing is a support; the
-    message names the file and the block; and OptionError if the file is PLY or STL and trimesh, of the extra
-    "meshes", is not installed.
+    Raises CaseError if the file cannot be read, a block is not a closed surface or there are no supports. The
+    message names the file and the block. Raises OptionError if the file is PLY or STL and trimesh, of the
+    extra "meshes", is not installed.
 
     Parameters
     ----------
@@ -83,30 +87,35 @@ def read_mesh(
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Blocks as they stand in the scene, none a support. Raises ValueError if one cannot be read."""
+    """Return the blocks in the scene's axes, without supports. Raises ValueError if one cannot be read."""
     data = read_bytes(path, _LARGEST_MESH, ": simplify the blocks")
     kind = path.suffix.lower()[1:]
-    found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
-    if not found:
+    meshes = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
+    if not meshes:
         raise ValueError("holds no faces, or is cut short: export closed surfaces, in the format of its name")
-    for mesh in found:
+    for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
             raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
-    if len(found) == 1:
-        found = shells(found[0])
-    if twice := repeated(mesh.name for mesh in found):
-        raise ValueError(f"has two blocks '{twice[0]}': rename one")
+    if len(meshes) == 1:
+        meshes = shells(meshes[0])
+    repeated_names = repeated(mesh.name for mesh in meshes)
+    if repeated_names:
+        raise ValueError(f"has two blocks '{repeated_names[0]}': rename one")
     axes = drawing.scale * _AXES[drawing.up].T
-    return [replace(mesh, points=mesh.points @ axes) for mesh in found]
+    return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 
 def _objects(data: bytes, name: str) -> list[Mesh]:
-    """Objects of an OBJ file, else its groups, else all of it, by the name given. Polygons stay whole, which
-    readers of triangles lose: a notched one has no fan."""
+    """Return the objects of an OBJ file, else its groups, else one mesh with the given name.
+
+    Polygons stay whole. Readers of triangles would cut a notched polygon into a fan, which is wrong.
+    """
     points: list[list[float]] = []
     faces: dict[tuple[int, str], list[list[int]]] = {}
     layers: dict[tuple[int, str], str] = {}
-    objects, group, key = 0, "", (0, "")
+    objects = 0
+    group = ""
+    key = (0, "")
     text = data.decode("utf-8", "replace").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
         word, rest = [*line.split(maxsplit=1), "", ""][:2]
@@ -130,25 +139,25 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
         except ValueError:
             raise ValueError(f"not valid OBJ: line {number} ('{stones.block_name(line)[:60]}')") from None
     corners = np.array(points).reshape(-1, 3)
-    if any(corner >= len(corners) for own in faces.values() for face in own for corner in face):
+    if any(corner >= len(corners) for mesh in faces.values() for face in mesh for corner in face):
         raise ValueError("not valid OBJ: a face has a corner that there is not")
-    return [used(key[1] or name, corners, own, layers[key]) for key, own in faces.items()]
+    return [used(key[1] or name, corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Meshes of a PLY or STL file; one, by the name given, if the file names none."""
+    """Return the meshes of a PLY or STL file; a single one has the given name."""
     trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
-    with broken(lambda said: ValueError(f"not valid {kind.upper()}: {said}; save the mesh again")):
-        # Nothing joined or dropped: blocks that touch keep corners of their own.
+    with broken(lambda reason: ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again")):
+        # Without processing, so that blocks that touch keep their own corners.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
-        found = [
-            (stones.block_name(called), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
-            for called, mesh in scene.geometry.items()
+        meshes = [
+            (stones.block_name(mesh_name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
+            for mesh_name, mesh in scene.geometry.items()
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]
-        for _, points, faces in found:
+        for _, points, faces in meshes:
             if not 0 <= np.min(faces) <= np.max(faces) < len(points):
                 raise ValueError("a face has a corner that there is not")
-    if len(found) == 1:
-        found = [(name, *found[0][1:])]
-    return [used(called or name, *rest) for called, *rest in found]
+    if len(meshes) == 1:
+        meshes = [(name, *meshes[0][1:])]
+    return [used(mesh_name or name, points, faces) for mesh_name, points, faces in meshes]

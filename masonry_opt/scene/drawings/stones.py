@@ -1,4 +1,4 @@
-"""Blocks as they are drawn, which are supports, and the scene that they make, in the plane or in space."""
+"""Make scenes of drawn blocks: supports, weights and loads, in the plane or in space."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,14 +19,22 @@ from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 
-_LONGEST_NAME = 200  #: Characters of a block's name; a record takes no more.
-FIXED = ("fixed", "support")  #: Supports have one of these words in the name of their layer or object.
-_MOST_DECIMALS = 7  #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
-_SLAB = 0.1  #: Thickness of the slab that a flat support becomes, over the root of its area.
+#: Largest number of characters in a block's name.
+_LONGEST_NAME = 200
+
+#: Words of which one is in the name of the layer or object of a support.
+FIXED = ("fixed", "support")
+
+#: Largest number of decimals of coordinates that count as rounded. Numbers with more decimals are not
+#: rounded.
+_MOST_DECIMALS = 7
+
+#: Thickness of the slab that replaces a flat support, relative to the square root of the support's area.
+_SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
-    """Values that a drawing leaves open, the same for all its blocks and joints."""
+    """Values that a drawing does not contain, and that all its blocks and joints share."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -35,17 +43,20 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """With those of the arguments of a reader that are given, and are values of such a drawing."""
+        """Return the drawing's values among the arguments of a reader, without those that are None."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
-    """Beside them the live load of a drawing in the plane: see :func:`read_dxf` and :func:`read_compas`."""
+    """Values that a drawing in the plane does not contain: see :func:`read_dxf` and :func:`read_compas`."""
 
     live: PlaneOrSpaceVector = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """The block of an outline with holes: a support, or of this unit weight, which ``keys`` override."""
+        """Return the block of an outline with holes.
+
+        It is a support, or has the drawing's unit weight. ``keys`` override the unit weight or add to it.
+        """
         rings = outline.exterior, *outline.interiors
         outer, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
         loads = {"unit_weight": self.unit_weight} | keys
@@ -53,13 +64,16 @@ class FlatDrawing(Drawing):
 
 
 def block_name(text: str) -> str:
-    """The text as a block can be named: in one line, printable, not too long; empty if nothing is left."""
+    """Return a text as the name of a block: in one line, printable and not too long.
+
+    The name is empty if no printable characters are left.
+    """
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Makes what is wrong with a file or a block a CaseError that begins with it."""
+    """Convert a ValueError to a CaseError whose message begins with a name."""
     try:
         yield
     except ValueError as error:
@@ -68,7 +82,7 @@ def naming(what: str) -> Iterator[None]:
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
-    """The scene of a drawing's blocks. Raises CaseError if they make none."""
+    """Return the scene of a drawing's blocks. Raises CaseError if they do not make a scene."""
     return Scene(
         source=f"drawn in {block_name(path.name)}",
         joints=JointDefaults(friction=drawing.friction),
@@ -79,14 +93,14 @@ def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> S
 
 
 class Supports(Record):
-    """Which blocks are supports beside those drawn so: see :func:`read_mesh` and :func:`read_compas`."""
+    """Blocks that are supports, in addition to drawn ones: see :func:`read_mesh` and :func:`read_compas`."""
 
     fixed: list[Name] = []
     fixed_below: Number | None = None
 
 
 class AsDrawn(Supports):
-    """Which they are by name too, and how a mesh stands in its file: see :func:`read_mesh`."""
+    """Layers of supports, and the axes and unit of a mesh in its file: see :func:`read_mesh`."""
 
     fixed_layers: list[Name] = list(FIXED)
     up: Literal["x", "y", "z"] = "z"
@@ -94,32 +108,37 @@ class AsDrawn(Supports):
 
 
 def listed(names: Sequence[str]) -> str:
-    """The first ten names, as messages list them."""
+    """Return a list of names for messages, with at most ten of them."""
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
-    """The blocks; supports too are those that are named, reach down to a height, or have one of the words in
-    their names or layers. Raises ValueError if a name is none of theirs, or nothing is a support."""
+    """Return the blocks with their supports marked.
+
+    A block is a support if it is drawn as one, if it is named, if it reaches down to a given height, or if
+    its name or layers contain one of the words. Raises ValueError if a given name is not that of a block, or
+    there are no supports.
+    """
     names = [mesh.name for mesh in meshes]
-    if unknown := [name for name in which.fixed if name not in names]:
+    unknown = [name for name in which.fixed if name not in names]
+    if unknown:
         raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
     below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
-    found = []
+    marked = []
     for mesh, low in zip(meshes, lowest, strict=True):
-        called = f"{mesh.name} {mesh.layers}".casefold()
-        asked = mesh.name in which.fixed or any(word.casefold() in called for word in words)
-        found.append(replace(mesh, fixed=mesh.fixed or asked or low <= below))
-    if not any(mesh.fixed for mesh in found):
+        text = f"{mesh.name} {mesh.layers}".casefold()
+        is_named = mesh.name in which.fixed or any(word.casefold() in text for word in words)
+        marked.append(replace(mesh, fixed=mesh.fixed or is_named or low <= below))
+    if not any(mesh.fixed for mesh in marked):
         named = f"name them by 'fixed' (blocks: {listed(names)})"
         lower = f"by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
         raise ValueError(f"no block is a support: {named}, or take those that reach down to a height {lower}")
-    return found
+    return marked
 
 
 class SolidDrawing(Drawing):
-    """Values that a drawing of solids leaves open: see :func:`read_mesh` and :func:`read_compas`."""
+    """Values that a drawing of solids does not contain: see :func:`read_mesh` and :func:`read_compas`."""
 
     model_config = ConfigDict(title="solids as drawn")
 
@@ -136,19 +155,23 @@ class SolidDrawing(Drawing):
 
 
 def _keys(shape: MeshSolid) -> dict[str, Any]:
-    own = used("", shape.points, [side.rings[0] for side in shape.sides])
-    return {"vertices": list(map(tuple, own.points.tolist())), "faces": own.faces}
+    """Return the keys of a solid or part with a given shape."""
+    mesh = used("", shape.points, [side.rings[0] for side in shape.sides])
+    return {"vertices": list(map(tuple, mesh.points.tolist())), "faces": mesh.faces}
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
-    """The scene of closed meshes; a support of one face is the top of a slab. Raises ValueError if nothing
-    can move, nothing is a support, or a block is no solid."""
-    standing = [mesh.points for mesh in meshes if not mesh.fixed]
-    if not standing:
+    """Return the scene of closed meshes.
+
+    A support of one face is the top of a slab. Raises ValueError if nothing can move, if there are no
+    supports, or if a block is not a solid.
+    """
+    movable = [mesh.points for mesh in meshes if not mesh.fixed]
+    if not movable:
         names = listed([mesh.name for mesh in meshes])
         raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
-    middle = np.concatenate(standing).mean(axis=0)
-    tolerance = drawing.tolerance or _tolerance(standing)
+    middle = np.concatenate(movable).mean(axis=0)
+    tolerance = drawing.tolerance or _tolerance(movable)
     blocks = []
     for mesh in meshes:
         with naming(f"block '{mesh.name}'"):
@@ -158,26 +181,31 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
 
 
-def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
-    """A flat support with a thickness, on the other side than what stands on it."""
+def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
+    """Return a flat support as a slab, on the side of its face that is away from the movable blocks."""
     (ring,) = mesh.faces
-    top, area = mesh.points[ring], area_vector(mesh.points[ring])
+    top = mesh.points[ring]
+    area = area_vector(top)
     size = float(np.linalg.norm(area))
     if not size > 0:
         raise ValueError("is a face without area: take it away")
-    towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
-    bottom = top - towards * _SLAB * area / np.sqrt(size)
+    towards = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
+    bottom = top - towards * _SLAB_THICKNESS * area / np.sqrt(size)
     faces = prism(top.tolist(), bottom.tolist())["faces"]
     return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 
 
-def _tolerance(standing: Sequence[np.ndarray]) -> float:
-    """Twice the last decimal of rounded coordinates, if little beside the blocks; else that of a scene."""
-    points = np.concatenate(standing)
-    usual = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
-    smallest = min(float(np.cbrt(np.prod(np.ptp(own, axis=0)))) for own in standing)
+def _tolerance(movable: Sequence[np.ndarray]) -> float:
+    """Return the tolerance of coordinates.
+
+    It is twice the last decimal if coordinates are rounded and this is small relative to the blocks.
+    Otherwise it is the default of a scene.
+    """
+    points = np.concatenate(movable)
+    default = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    smallest = min(float(np.cbrt(np.prod(np.ptp(corners, axis=0)))) for corners in movable)
     for decimals in range(_MOST_DECIMALS + 1):
         unit = 10.0**-decimals
         if np.abs(points - np.round(points, decimals)).max() <= 1e-9 * np.abs(points).max():
-            return max(usual, 2 * unit) if 2 * unit <= NEAR_MISS * smallest else usual
-    return usual
+            return max(default, 2 * unit) if 2 * unit <= NEAR_MISS * smallest else default
+    return default

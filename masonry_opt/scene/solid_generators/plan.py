@@ -1,4 +1,4 @@
-"""The generator ``[plan]``: walls along axes in plan, bonded where they meet, with openings under lintels."""
+"""Define the generator ``[plan]``: bonded walls along axes in plan, with openings under lintels."""
 
 import math
 from collections.abc import Iterator
@@ -14,9 +14,14 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solids import Solid
 
-_ROUNDING = 1e-6  #: Of a block, what is rounding.
-_EXACT = 1e-9  #: Of the plan's size, a distance that is nothing.
-_Run = tuple[float, float]  #: From and to.
+#: Length, relative to a block, that counts as zero.
+_LENGTH_TOLERANCE = 1e-6
+
+#: Distance of axes, relative to the plan's size, that counts as zero.
+_AXIS_TOLERANCE = 1e-9
+
+#: Start and end of a length.
+_Run = tuple[float, float]
 
 
 class Opening(Record):
@@ -24,12 +29,12 @@ class Opening(Record):
 
     Parameters
     ----------
-    at: Of its nearer jamb, from the first point of the wall's axis along it.
-    width: Between the jambs.
-    sill: Courses below it: 0 is a door.
-    height: Courses of it.
-    bearing: Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and
-        ``height`` add up to an odd number and jambs are whole blocks from the wall's end).
+    at: Distance of the nearer jamb from the first point of the wall's axis, along the axis.
+    width: Distance between the jambs.
+    sill: Number of courses below the opening: 0 is a door.
+    height: Number of courses of the opening.
+    bearing: Bearing of the lintel on either side. The default is half a block, which fits the bond if
+        ``sill`` and ``height`` add up to an odd number, and the jambs are whole blocks from the wall's end.
     """
 
     at: NonNegative
@@ -44,11 +49,11 @@ class PlanWall(Record):
 
     Parameters
     ----------
-    name: Its blocks are named after it, "front 3-2".
-    axis: Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
-        before. It meets another wall where it crosses or ends on the other's axis.
+    name: Name of the wall; its blocks are named after it, "front 3-2".
+    axis: Points ``[[x, y], ...]`` of its middle line, which runs along x or y from each point to the next.
+        The wall meets another one if their axes cross, or one axis ends on the other.
     leaves: One or two, each as thick as a block.
-    courses: Its height (default: that of the plan).
+    courses: Number of courses (default: that of the plan).
     openings: :class:`Opening` records.
     """
 
@@ -60,57 +65,58 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Where another wall crosses a stretch or meets its end."""
+    """A place where another wall crosses a stretch, or meets its end."""
 
-    start: float  #: faces of the other wall, along the stretch
-    end: float
-    leaves: int  #: of the other wall
-    courses: int  #: of the other wall; above them there is nothing to cross
-    passes: tuple[bool, bool]  #: whether the stretch passes through, in even courses (from 0) and in odd ones
+    start: float  #: position of the other wall's first face along the stretch
+    end: float  #: position of the other wall's second face along the stretch
+    leaves: int  #: number of leaves of the other wall
+    courses: int  #: number of courses of the other wall
+    passes: tuple[bool, bool]  #: True if the stretch passes through, in even courses (from 0) and in odd ones
 
     @property
     def middles(self) -> list[float]:
-        """Of the other wall's leaves."""
+        """Return the positions of the middles of the other wall's leaves along the stretch."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
 
 class _Hole(NamedTuple):
-    """An opening along a stretch: its jambs, its lintel's ends, its first course and the lintel's."""
+    """An opening along a stretch."""
 
-    number: int
-    jambs: _Run
-    lintel: _Run
-    sill: int
-    top: int
+    number: int  #: number of the opening in its wall, from 1
+    jambs: _Run  #: positions of the jambs along the stretch
+    lintel: _Run  #: positions of the lintel's ends along the stretch
+    sill: int  #: first course of the opening, from 0
+    top: int  #: course of the lintel
 
 
 class WallStretch(NamedTuple):
     """A straight piece of a wall along x or y."""
 
-    wall: PlanWall  #: it is a piece of
+    wall: PlanWall  #: the wall to which it belongs
     along: int  #: 0 if it runs along x, 1 along y
     line: float  #: the other coordinate of its axis
-    start: float  #: of it along the axis; at corners the outer faces
-    end: float
-    thickness: float  #: of the wall, as the courses
-    courses: int
-    holes: tuple[_Hole, ...]  #: the wall's openings; once it is crossed, those in it, clear of crossings
-    crossings: tuple[WallCrossing, ...] = ()  #: rising
+    start: float  #: its first end along the axis; at corners an outer face
+    end: float  #: its second end along the axis; at corners an outer face
+    thickness: float  #: thickness of the wall
+    courses: int  #: number of courses of the wall
+    #: The wall's openings. After crossings are known, only those in the stretch that are clear of crossings.
+    holes: tuple[_Hole, ...]
+    crossings: tuple[WallCrossing, ...] = ()  #: in rising order
 
     @property
     def faces(self) -> _Run:
-        """Across its axis."""
+        """Return the coordinates of the faces, perpendicular to the axis."""
         return self.line - self.thickness / 2, self.line + self.thickness / 2
 
     @property
     def bounds(self) -> tuple[_Run, _Run]:
-        """Least and greatest x, and y."""
+        """Return the least and greatest x, and the least and greatest y."""
         along = self.start, self.end
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Lengths between crossings, and the crossing at the start of each."""
+        """Yield the start and end of each length between crossings, and the crossing before it."""
         ends = [*(crossing.start for crossing in self.crossings), self.end]
         for left, end in zip([None, *self.crossings], ends, strict=True):
             start = left.end if left else self.start
@@ -118,12 +124,18 @@ class WallStretch(NamedTuple):
                 yield start, end, left
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Whether an opening lies between crossings."""
+        """Return True if an opening with its lintel lies between crossings.
+
+        ``nothing`` is a length that counts as zero.
+        """
         left, right = hole.lintel
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Lengths that a course fills, beside walls that pass through it, openings and lintels."""
+        """Return the lengths that a course fills.
+
+        Walls that pass through the stretch, openings and lintels are left out.
+        """
         here = [hole for hole in self.holes if hole.sill <= course <= hole.top]
         taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
         taken += [(a.start, a.end) for a in self.crossings if course < a.courses and not a.passes[course % 2]]
@@ -131,29 +143,27 @@ class WallStretch(NamedTuple):
 
 
 class Plan(SolidGenerator):
-    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base
-    whose top is z = 0.
+    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base.
 
-    Courses alternate by half a block. At a corner or crossing a block of the wall that passes through reaches
-    beyond the other's face. Pieces beside ends and openings are no shorter than a quarter of a block: where
-    one would be, its neighbour is as much longer.
+    The top of the base is z = 0. Courses alternate by half a block. At a corner or crossing a block of the
+    wall that passes through reaches beyond the other's face. Pieces beside ends and openings are at least a
+    quarter of a block long. A shorter piece is joined to its neighbour.
 
-    Raises CaseError if an axis turns by other than right angles, walls overlap, an opening does not fit, or a
-    piece would be shorter than a quarter of a block.
+    Raises CaseError if an axis has other than right angles, if walls overlap, if an opening does not fit, or
+    if a piece would be shorter than a quarter of a block.
 
     Parameters
     ----------
     block: Length and height of a block.
-    thickness: Of a block, and so of a leaf.
+    thickness: Thickness of a block, and so of a leaf.
     walls: :class:`PlanWall` records.
-    courses: Height of the walls.
-    bond: Where walls meet. "toothed": of two walls the first named passes through in the first course, the
-        other in the second, in turn. "butted": a wall that ends at another lies against it; of two that end
-        the second named lies against the first, and of two that cross.
-    headers: Of walls of two leaves: 2 for every second course of headers, 3 for every third, ... These are
-        blocks across both leaves, half as wide as both. Without them nothing but friction holds the leaves
-        together.
-    base: Whether a fixed base is built under all, which reaches a leaf's thickness farther.
+    courses: Number of courses of the walls.
+    bond: Bond where walls meet. "toothed": the wall that is named first passes through in the first course,
+        the other one in the second, in turn. "butted": a wall that ends at another one lies against it. If
+        both end there, or both cross, the second named lies against the first.
+    headers: For walls of two leaves: 2 for headers in every second course, 3 in every third, ... Headers are
+        blocks across both leaves, half as wide as both. Without them only friction connects the leaves.
+    base: True for a fixed base under all walls, which extends beyond them by the thickness of a leaf.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is that of the axes, at the foot of the walls.
     """
@@ -167,7 +177,8 @@ class Plan(SolidGenerator):
     base: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
-        if mistakes := [*self._wrong_axes()] or [*super()._mistakes()]:
+        mistakes = [*self._wrong_axes()] or [*super()._mistakes()]
+        if mistakes:
             yield from mistakes
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
@@ -178,26 +189,31 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
+        """Yield the mistakes in the names and axes of walls."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one"
         for wall in self.walls:
-            along = [(a[1] == b[1], a[0] == b[0]) for a, b in pairwise(wall.axis)]
-            askew = [number for number, (level, upright) in enumerate(along, start=1) if level == upright]
-            if askew:
-                runs = f"runs neither along x nor along y from point no. {askew[0]} to the next"
+            directions = [(a[1] == b[1], a[0] == b[0]) for a, b in pairwise(wall.axis)]
+            oblique = [
+                number for number, (along_x, along_y) in enumerate(directions, start=1) if along_x == along_y
+            ]
+            if oblique:
+                runs = f"runs neither along x nor along y from point no. {oblique[0]} to the next"
                 yield f"wall '{wall.name}': its 'axis' {runs}: walls meet at right angles"
-            if any(upright == after for (_, upright), (_, after) in pairwise(along)):
+            if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
                 yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        held = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
+        """Yield the openings that do not fit their wall, or overlap."""
+        valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
             for number, opening in enumerate(wall.openings, start=1):
                 where = f"wall '{wall.name}': opening no. {number}"
-                if (rows := opening.sill + opening.height + 1) > top:
+                rows = opening.sill + opening.height + 1
+                if rows > top:
                     yield f"{where}: its lintel ends at course {rows}, of {top}: lower 'sill' or 'height'"
-                elif (wall.name, number) not in held:
+                elif (wall.name, number) not in valid:
                     beyond = "with its lintel it reaches beyond the wall, or into one that crosses"
                     yield f"{where}: {beyond}: move it, or make its 'width' or 'bearing' less"
         for stretch in stretches:
@@ -208,6 +224,7 @@ class Plan(SolidGenerator):
                     yield f"wall '{stretch.wall.name}': {overlapping}: move one, or make a 'bearing' less"
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
+        """Yield the first piece of each stretch that is shorter than a quarter of a block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
@@ -219,41 +236,53 @@ class Plan(SolidGenerator):
 
     @property
     def _nothing(self) -> float:
-        return _ROUNDING * self.block[0]
+        """Return a length that counts as zero."""
+        return _LENGTH_TOLERANCE * self.block[0]
 
     @property
     def size(self) -> int:
-        """Number of blocks, or some more."""
+        """Return an upper bound of the number of blocks."""
         least = min(self.block[0], self.thickness) if self.headers else self.block[0]
         lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
         return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
-        found = []
+        """Return the straight pieces of all walls, without their crossings."""
+        stretches = []
         for wall in self.walls:
-            before, courses = 0.0, wall.courses or self.courses
-            for one, other in pairwise(wall.axis):
-                along = 0 if one[1] == other[1] else 1
-                start, end = sorted((one[along], other[along]))
-                way = 1.0 if one[along] == start else -1.0
-                holes = tuple(self._holes(wall, one[along] - way * before, way))
-                place = wall, along, one[1 - along], start, end
-                found.append(WallStretch(*place, wall.leaves * self.thickness, courses, holes))
+            before = 0.0  # length of the axis before the stretch
+            courses = wall.courses or self.courses
+            for first, second in pairwise(wall.axis):
+                along = 0 if first[1] == second[1] else 1
+                start, end = sorted((first[along], second[along]))
+                sign = 1.0 if first[along] == start else -1.0
+                holes = tuple(self._holes(wall, first[along] - sign * before, sign))
+                place = wall, along, first[1 - along], start, end
+                stretches.append(WallStretch(*place, wall.leaves * self.thickness, courses, holes))
                 before += end - start
-        return found
+        return stretches
 
-    def _holes(self, wall: PlanWall, origin: float, way: float) -> Iterator[_Hole]:
-        """Its openings along a stretch where the wall's measure begins at a place and grows that way."""
+    def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
+        """Yield the openings of a wall, measured along a stretch.
+
+        The wall's own measure is zero at ``origin``, and grows along the stretch if the sign is 1, against it
+        if it is −1.
+        """
         for number, opening in enumerate(wall.openings, start=1):
-            left, right = sorted(origin + way * at for at in (opening.at, opening.at + opening.width))
+            left, right = sorted(origin + sign * at for at in (opening.at, opening.at + opening.width))
             bearing = opening.bearing or self.block[0] / 2
-            lintel, top = (left - bearing, right + bearing), opening.sill + opening.height
+            lintel = (left - bearing, right + bearing)
+            top = opening.sill + opening.height
             yield _Hole(number, (left, right), lintel, opening.sill, top)
 
     def _crossed(self) -> list[WallStretch]:
-        """Its stretches with crossings, ends that meet reaching to outer faces, and openings between them."""
+        """Return the stretches with their crossings.
+
+        Ends that meet other walls reach to the outer faces. Openings that are not clear of crossings are left
+        out.
+        """
         stretches = self._stretches()
-        near = _EXACT * _size(stretches)
+        near = _AXIS_TOLERANCE * _size(stretches)
         found: list[list[WallCrossing]] = [[] for _ in stretches]
         for (i, one), (j, other) in permutations(enumerate(stretches), 2):
             both = [(one, other), (other, one)]
@@ -261,7 +290,8 @@ class Plan(SolidGenerator):
             if apart or one.along == other.along:
                 continue  # their axes neither cross nor touch
             ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
-            # Butted, what ends there lies against what goes on, and else the second named.
+            # In a butted bond a wall that ends lies against one that goes on, else the second against the
+            # first.
             through = i < j if ends[0] == ends[1] else ends[1]
             passes = (through, through) if self.bond == "butted" else (i < j, i > j)
             found[i].append(WallCrossing(*other.faces, other.wall.leaves, other.courses, passes))
@@ -278,13 +308,17 @@ class Plan(SolidGenerator):
         return whole
 
     def blocks(self) -> list[Solid]:
-        """The blocks, course by course, wall by wall, named ``wall course-block``. A wall's are counted along
-        the straights of its axis, in each by rising coordinates, leaf by leaf. The ``base`` is last."""
+        """Return the blocks, course by course and wall by wall, then the ``base``.
+
+        They are named ``wall course-block``. The blocks of a wall are counted along the straights of its
+        axis, in each by rising coordinates, leaf by leaf.
+        """
         stretches = self._crossed()
-        built, height = [], self.block[1]
+        built = []
+        height = self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
             numbers = {wall.name: count(1) for wall in self.walls}
-            for stretch in [each for each in stretches if course < each.courses]:
+            for stretch in [stretch for stretch in stretches if course < stretch.courses]:
                 for along, across in self._course(stretch, course):
                     x, y = (across, along) if stretch.along else (along, across)
                     name = f"{stretch.wall.name} {course + 1}-{next(numbers[stretch.wall.name])}"
@@ -297,27 +331,28 @@ class Plan(SolidGenerator):
         return built
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """The blocks of a stretch in a course: from and to along it, and across it."""
+        """Return the blocks of a stretch in a course, as their lengths along it and across it."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Of two courses one begins with half a block: toothed, that which passes the other wall's faces.
+            # Every other course begins with half a block. In a toothed bond these courses pass the other
+            # wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
         pieces = [(stone, leaf) for leaf in leaves for stone in stones]
         lintels = [(hole.lintel, whole) for hole in stretch.holes if course == hole.top]
-        # Leaf by leaf; lintels among the first leaf's.
+        # Stones are sorted leaf by leaf; lintels are among those of the first leaf.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """What is wrong with crossed stretches that overlap and cannot be bonded."""
-    near = _EXACT * _size(stretches)
+    """Yield the pairs of stretches that overlap and cannot be bonded."""
+    near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
         if min(overlap) <= near:
@@ -334,4 +369,8 @@ def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
 
 
 def _size(stretches: list[WallStretch]) -> float:
-    return max(max(abs(each.line), abs(each.start), abs(each.end), each.thickness) for each in stretches)
+    """Return the largest coordinate or thickness of the stretches."""
+    return max(
+        max(abs(stretch.line), abs(stretch.start), abs(stretch.end), stretch.thickness)
+        for stretch in stretches
+    )

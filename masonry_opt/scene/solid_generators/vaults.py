@@ -1,4 +1,4 @@
-"""The generators ``[barrel]`` and ``[groin]``, long arches; ``[dome]`` and ``[shaft]``, round the z axis."""
+"""Define the generators of vaults, ``[barrel]`` and ``[groin]``, and of ``[dome]`` and ``[shaft]``."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from masonry_opt.scene.solids import Solid, prism
 
 
 class Barrel(ArchRing, SolidGenerator):
-    """A barrel vault along y: an arch whose point (x, y) is (x, t, y), t from 0 to the vault's length.
+    """A barrel vault along y: an arch whose point (x, y) is (x, t, y), with t from 0 to the vault's length.
 
     Raises CaseError if the measures make no arch, or the stones are longer than the vault.
 
@@ -23,13 +23,13 @@ class Barrel(ArchRing, SolidGenerator):
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See
         :class:`~masonry_opt.scene.arch.ArchRing`.
-    length: Of the vault, along y.
+    length: Length of the vault, along y.
     stone: Length of a stone, along y (default: that of the vault). At the ends a piece shorter than a quarter
-        of it joins its neighbour.
+        of a stone is joined to its neighbour.
     bond: "running": every other voussoir begins with half a stone. "stacked": rings lie side by side.
     unit_weight: Weight per unit volume.
-    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the
-        arch's, at y = 0.
+    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of
+        the arch, at y = 0.
     """
 
     length: Positive
@@ -43,32 +43,36 @@ class Barrel(ArchRing, SolidGenerator):
 
     @property
     def size(self) -> int:
-        """Number of stones, or a few more."""
+        """Return an upper bound of the number of stones."""
         return self.voussoirs * (1 if self.stone is None else 2 + int(min(self.length / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """The stones, voussoir by voussoir from the left, named ``v1-1``, ``v1-2``, ... along y; those of
-        skewbacks, ``skewback 1-1``; then ``abutment 1`` and ``abutment 2``."""
+        """Return the stones, voussoir by voussoir from the left, then those of skewbacks, then the abutments.
+
+        They are named ``v1-1``, ``v1-2``, ... along y, ``skewback 1-1``, ... and ``abutment 1`` and ``2``.
+        """
         built = []
-        # Skewbacks lie in bond with the voussoirs on them; abutments come last and are whole.
+        # Skewbacks are cut in bond with the voussoirs on them. Abutments are last and whole.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
                 built.append(self._block(stone.name, self._slice(stone, 0.0, self.length), fixed=True))
                 continue
             for number, (start, end) in enumerate(self._cuts(row), start=1):
-                weight, at = self.unit_weight * stone.area * (end - start), stone.weight_at
+                weight = self.unit_weight * stone.area * (end - start)
+                at = stone.weight_at
                 middle = None if at is None else (at[0], (start + end) / 2, at[1])
-                name, shape = f"{stone.name}-{number}", self._slice(stone, start, end)
-                built.append(self._stone(name, shape, weight=weight, weight_at=middle))
+                shape = self._slice(stone, start, end)
+                built.append(self._stone(f"{stone.name}-{number}", shape, weight=weight, weight_at=middle))
         return built
 
     @staticmethod
     def _slice(stone: Stone, start: float, end: float) -> Shape:
+        """Return the shape of a stone between two places along y."""
         return prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
 
     def _cuts(self, row: int) -> list[tuple[float, float]]:
-        """Ends of the stones of a voussoir along y."""
+        """Return the ends of the stones of a voussoir along y."""
         if self.stone is None:
             return [(0.0, self.length)]
         begins = self.stone / 2 if self.bond == "running" and row % 2 else 0.0
@@ -78,18 +82,18 @@ class Barrel(ArchRing, SolidGenerator):
 class Groin(SolidGenerator):
     """Two barrel vaults along x and y whose intrados meet on the diagonals, on four fixed corners.
 
-    On each groin a course is one stone of two convex parts, a leg in either barrel; from there courses go on
-    in running bond.
+    On each groin a course has one stone of two convex parts, a leg in either barrel. From there courses
+    continue in running bond.
 
-    Raises CaseError if the measures make no arch, or the bay leaves no room for stones beside the corners.
+    Raises CaseError if the measures make no arch, or the bay is too short for stones beside the corners.
 
     Parameters
     ----------
     span, rise, thickness: Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
-    voussoirs: Of that, an even number: a joint runs along the crown.
+    voussoirs: Number of the arch's voussoirs, which is even: a joint runs along the crown.
     bay: Length of each barrel from end to end, more than the span and both thicknesses.
     stone: Length of a stone along its barrel.
-    abutments: Whether a fixed abutment is built under each corner.
+    abutments: True for a fixed abutment under each corner.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the middle of the square, at the height of the springing points.
     """
@@ -114,12 +118,15 @@ class Groin(SolidGenerator):
 
     @property
     def size(self) -> int:
-        """Number of stones, or some more."""
+        """Return an upper bound of the number of stones."""
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """The stones of each corner in turn, course by course from the springing: ``corner g1`` on the groin,
-        ``corner y1-1``, ... along y, ``corner x1-1``, ... along x; then ``abutment 1`` to ``abutment 4``."""
+        """Return the stones of each corner in turn, course by course from the springing, then the abutments.
+
+        They are named ``corner g1`` on the groin, ``corner y1-1``, ... along y, ``corner x1-1``, ... along x,
+        and ``abutment 1`` to ``abutment 4``.
+        """
         built = []
         *courses, foot = self._courses()
         corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
@@ -139,14 +146,15 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Sections of the right half of the arch from the springing upwards, and of its abutment."""
+        """Return sections of the right half of the arch, from the springing upwards, then of its abutment."""
         arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
 
     def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
-        """Ends of the stones of a course from its groin to the end of the barrel."""
-        (start, _), end = max(section), self.bay / 2  # from the corner that reaches farthest out
+        """Return the ends of the stones of a course, from its groin to the end of the barrel."""
+        start = max(section)[0]  # the corner that reaches farthest out
+        end = self.bay / 2
         begins = self.stone * (0.5 if course % 2 == 0 else 1.0)
         joints = [end - place for place in every(self.stone, begins, end)]
         return cut(start, end, joints[::-1], self.stone)
@@ -155,9 +163,13 @@ class Groin(SolidGenerator):
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
 ) -> Shape:
-    """A course's piece along x or y, from a place or the groin to another, in the corner of these signs."""
+    """Return a piece of a course along x or y, from a place, or from the groin, to another place.
+
+    ``signs`` are those of x and y in the corner of the piece.
+    """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
+        """Return the section at a place, or on the groin if there is none."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -166,24 +178,24 @@ def _leg(
 
 
 class Dome(SolidGenerator):
-    """Rings of voussoirs about the z axis, each of the same angle seen from the centre, their corners on two
-    spheres, on a fixed ring.
+    """Rings of voussoirs about the z axis, on a fixed ring.
 
-    Faces are flat and shared whole: voussoirs of "running" bond have further corners in the middle, at those
-    of the rings above and below, and are two convex parts.
+    All rings span equal angles seen from the centre, and the corners of voussoirs lie on two spheres. Faces
+    are flat, and neighbours share whole faces. In a "running" bond voussoirs have further corners in the
+    middle, at the corners of the rings above and below, and consist of two convex parts.
 
     Raises CaseError if the measures make no dome.
 
     Parameters
     ----------
-    radius: Of the sphere half way between the corners within and without.
-    thickness: Radial, between the two spheres.
+    radius: Radius of the sphere half way between the inner and the outer corners.
+    thickness: Radial distance between the two spheres.
     springing: Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
-    rings, voussoirs: How many rings, without the key, and voussoirs in each.
-    oculus: Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes
-        the dome.
+    rings, voussoirs: Number of rings, without the key, and number of voussoirs in each ring.
+    oculus: Inner radius of the opening at the top. Without it a key that spans the angle of a ring closes the
+        dome.
     bond: "running": every other ring is turned by half a voussoir. "meridians": upright joints run through.
-    base: Whether a fixed ring, as high as the dome is thick, is built under it.
+    base: True for a fixed ring under the dome, as high as the dome is thick.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the centre of the spheres.
     """
@@ -208,37 +220,39 @@ class Dome(SolidGenerator):
 
     @property
     def _inner(self) -> float:
+        """Return the radius of the inner sphere."""
         return self.radius - self.thickness / 2
 
     @property
     def _sectors(self) -> int:
-        """Of a ring: between neighbouring meridians with corners."""
+        """Return the number of sectors of a ring, between neighbouring meridians with corners."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
-        """The voussoirs, ring by ring from the foot, named ``ring-voussoir``; then ``key`` and ``base``."""
+        """Return the voussoirs, named ``ring-voussoir`` from the foot, then ``key`` and ``base``."""
         first = math.radians(self.springing)
         if self.oculus is None:
-            # Half of the key lies on this side of the axis.
+            # The key spans the angle of one ring; half of it lies on this side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        # The ends of each bed joint, within and without, so far above the horizontal.
+        # The bed joints lie at these angles above the horizontal, each from the inner to the outer sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
         radii = self._inner, self._inner + self.thickness
         beds = [[polar(radius, angle) for radius in radii] for angle in angles]
-        each = self._sectors // self.voussoirs
+        parts_per_stone = self._sectors // self.voussoirs
         built = []
         for ring, (low, high) in enumerate(pairwise(beds)):
             for number in range(self.voussoirs):
-                sectors = [each * number + ring % 2 * (each - 1) + part for part in range(each)]
+                first_sector = parts_per_stone * number + ring % 2 * (parts_per_stone - 1)
+                sectors = range(first_sector, first_sector + parts_per_stone)
                 parts = [self._part(low, high, sector) for sector in sectors]
                 built.append(self._stone(f"{ring + 1}-{number + 1}", *parts))
         if self.oculus is None:
             faces = ([self._corner(place, at) for at in range(self._sectors)] for place in beds[-1])
             built.append(self._stone("key", prism(*faces)))
         if self.base:
-            # Below the foot and square to it.
+            # The base lies below the foot and is perpendicular to it.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
             below = [(r + down[0], z + down[1]) for r, z in beds[0]]
             parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
@@ -246,28 +260,31 @@ class Dome(SolidGenerator):
         return built
 
     def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
-        """The corner at a distance and height on a meridian: for neighbours the same to the last digit."""
+        """Return the corner at a distance and a height on a meridian.
+
+        Corners of neighbours are equal to the last digit.
+        """
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
     def _part(self, low: list[Point], high: list[Point], sector: int) -> Shape:
-        """Between two bed joints and the meridians of a sector."""
+        """Return the shape between two bed joints and the meridians of a sector."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)
 
 
 class Shaft(SolidGenerator):
-    """Equally high drums, prisms or frusta of a regular polygon, on a fixed base whose top is z = 0.
+    """Drums of equal height, prisms or frusta of a regular polygon, on a fixed base whose top is z = 0.
 
-    Raises CaseError if a value is none that can be built.
+    Raises CaseError if a value cannot be built.
 
     Parameters
     ----------
-    diameter: Of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers. Across
-        flat sides it measures cos(π/sides) times that.
-    sides: Of the polygon, three or more: 4 a square pier, 16 or 24 a round column. One side faces +x, and
-        with multiples of four sides others face -x and ±y.
-    height, drums: Of the shaft, and how many drums it has.
-    base: Whether a fixed base is built under it, with the foot's outline and as high as a drum.
+    diameter: Diameter of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers.
+        The distance between flat sides is cos(π/sides) times the diameter.
+    sides: Number of sides of the polygon, three or more: 4 for a square pier, 16 or 24 for a round column.
+        One side faces +x. If the number is a multiple of four, others face -x and ±y.
+    height, drums: Height of the shaft, and number of its drums.
+    base: True for a fixed base under the shaft, with the foot's outline and as high as a drum.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the middle of the foot.
     """
@@ -279,7 +296,7 @@ class Shaft(SolidGenerator):
     base: YesNo = True
 
     def blocks(self) -> list[Solid]:
-        """The drums ``d1``, ``d2``, ... from the foot upwards, then the ``base``."""
+        """Return the drums ``d1``, ``d2``, ... from the foot upwards, then the ``base``."""
         bottom, top = both(self.diameter)
         drum = self.height / self.drums
         widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]
@@ -291,4 +308,5 @@ class Shaft(SolidGenerator):
         return built
 
     def _polygon(self, diameter: float, z: float) -> list[tuple[float, float, float]]:
+        """Return the corners of the polygon at a height."""
         return [polar(diameter / 2, (2 * side + 1) * math.pi / self.sides, z) for side in range(self.sides)]

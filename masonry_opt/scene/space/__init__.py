@@ -1,1 +1,1 @@
-"""Rigid polyhedral blocks in space: their shapes, and where they touch."""
+"""Rigid polyhedral blocks in space: their faces, convex parts and shapes."""

@@ -1,4 +1,9 @@
-"""Faces of solids: those of their parts, closed and turned outwards, planes, and what of them is outside."""
+"""Find the outer faces of solids from the faces of their parts.
+
+The surfaces of the parts must be closed, and their faces are oriented outwards (:class:`Surfaces`). Faces of
+a block in one plane share this plane (:class:`Planes`). The outer faces (:class:`OuterFaces`) bound the
+block; areas between two of its parts do not belong to them.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,35 +19,39 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Error of one corner of a rectangle over the heights of its corners above their plane, which the error
-#: tilts. A smaller value advises a tolerance that may leave other faces of the drawing not flat.
+#: Error of one corner of a rectangle, relative to the heights of its corners above the mean plane, which this
+#: error tilts. A smaller value advises a tolerance that may leave other faces of the drawing not flat.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Height of a corner above the plane of its face, over the root of the area of the face, up to which
-#: coordinates may be inexact. A larger value advises a tolerance for faces that are bent on purpose.
+#: Height of a corner above the plane of its face, relative to the square root of the area of the face, up to
+#: which coordinates may be inexact. A larger value advises a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Faces of all parts of all blocks in turn."""
+    """Faces of all parts of all blocks.
 
-    scene: Scene  #: theirs, for messages
+    Blocks, parts, faces and corners are numbered one after the other. A *corner* is a vertex of a face, so
+    that a vertex of a cube has three corners.
+    """
+
+    scene: Scene  #: scene of the blocks, for messages
     points: np.ndarray  #: vertices, shape (vertices, 3)
     block: np.ndarray  #: block of each part, rising, shape (parts,)
     part: np.ndarray  #: part of each face, rising, shape (faces,)
     face: np.ndarray  #: face of each corner, rising, shape (corners,)
     vertex: np.ndarray  #: vertex of each corner, shape (corners,)
-    mixed: np.ndarray  #: blocks whose faces were not all given turned one way
+    mixed: np.ndarray  #: blocks whose faces were given with different orientations
 
     @property
     def corners(self) -> np.ndarray:
-        """Positions of the corners, shape (corners, 3)."""
+        """Return the positions of the corners, shape (corners, 3)."""
         return self.points[self.vertex]
 
     @property
     def count(self) -> np.ndarray:
-        """Number of corners of each face, shape (faces,)."""
+        """Return the number of corners of each face, shape (faces,)."""
         return np.bincount(self.face, minlength=len(self.part))
 
     def refuse(self, face: int, why: str) -> NoReturn:
@@ -57,131 +66,153 @@ class Surfaces:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """Those of a scene, turned one way in each part. Raises CaseError if they do not close or turn so."""
+        """Return the surfaces of a scene, with faces oriented consistently in each part.
+
+        Raises CaseError if a surface is not closed, or if no consistent orientation exists.
+        """
         bodies = [block.polyhedra for block in scene.in_space()]
         parts = list(chain.from_iterable(bodies))
         points = np.concatenate([vertices for vertices, _ in parts])
-        of_vertices = np.array([len(vertices) for vertices, _ in parts])
+        vertices_of_part = np.array([len(vertices) for vertices, _ in parts])
         part = np.repeat(np.arange(len(parts)), [len(faces) for _, faces in parts])
         rings = [ring for _, faces in parts for ring in faces]
-        of_corners, vertex = np.array(list(map(len, rings))), np.fromiter(chain(*rings), dtype=np.int64)
-        vertex += np.repeat((np.cumsum(of_vertices) - of_vertices)[part], of_corners)
-        # Meshes may repeat vertices face by face.
-        vertex = first_alike(np.column_stack([np.repeat(np.arange(len(parts)), of_vertices), points]))[vertex]
-        face = np.repeat(np.arange(len(part)), of_corners)
-        apart = vertex != vertex[following(of_corners)]
+        corners_of_face = np.array(list(map(len, rings)))
+        vertex = np.fromiter(chain(*rings), dtype=np.int64)
+        vertex += np.repeat((np.cumsum(vertices_of_part) - vertices_of_part)[part], corners_of_face)
+        # Meshes may repeat vertices face by face: the first copy in the part stands for all.
+        part_of_vertex = np.repeat(np.arange(len(parts)), vertices_of_part)
+        vertex = first_alike(np.column_stack([part_of_vertex, points]))[vertex]
+        face = np.repeat(np.arange(len(part)), corners_of_face)
+        # Corners that repeat the next corner of their face are dropped.
+        differs = vertex != vertex[following(corners_of_face)]
         block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
-        given = cls(scene, points, block, part, face[apart], vertex[apart], np.zeros(0, dtype=int))
-        tail, tip = given.vertex, given.vertex[following(given.count)]
-        key = np.minimum(tail, tip) * np.int64(len(given.points)) + np.maximum(tail, tip)
+        surfaces = cls(scene, points, block, part, face[differs], vertex[differs], np.zeros(0, dtype=int))
+        return surfaces._oriented()
+
+    def _oriented(self) -> Self:
+        """Return the surfaces with faces oriented consistently in each part; see :meth:`of` for errors."""
+        tail, tip = self.vertex, self.vertex[following(self.count)]
+        key = np.minimum(tail, tip) * np.int64(len(self.points)) + np.maximum(tail, tip)
         _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
         wrong = np.flatnonzero(uses[edge] != 2)
         if len(wrong):
-            one, other = (place(given.points[end[wrong[0]]]) for end in (tail, tip))
+            start, end = (place(self.points[vertex[wrong[0]]]) for vertex in (tail, tip))
             more = uses[edge[wrong[0]]] - 1
             others = f"{more} other faces have" if more else "no other face has"
-            why = f"has an edge from {one} to {other} that {others}"
+            why = f"has an edge from {start} to {end} that {others}"
             remedy = "close the surface, each edge in two faces"
-            given.refuse(int(given.face[wrong[0]]), f"{why}: {remedy}")
-        mates = np.argsort(edge, kind="stable").reshape(-1, 2)
-        one, other = given.face[mates].T
-        same_way = tail[mates[:, 0]] == tail[mates[:, 1]]
-        turn, twisted = turned(len(given.part), one, other, same_way)
-        if twisted.any():
+            self.refuse(int(self.face[wrong[0]]), f"{why}: {remedy}")
+        # The two corners at which an edge begins, one in each of its faces.
+        corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
+        one, other = self.face[corners_of_edge].T
+        same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
+        turn, contradictory = turned(len(self.part), one, other, same_direction)
+        if contradictory.any():
             why = "is part of a surface without inside and outside: give a solid's faces"
-            given.refuse(int(twisted.argmax()), why)
-        mixed = np.unique(given.block[given.part[one[same_way]]])
-        return replace(given, mixed=mixed).reversed(turn)
+            self.refuse(int(contradictory.argmax()), why)
+        mixed = np.unique(self.block[self.part[one[same_direction]]])
+        return replace(self, mixed=mixed).reversed(turn)
 
     def reversed(self, chosen: np.ndarray) -> Self:
-        """The surfaces with the chosen faces, shape (faces,), turned round."""
-        first, at = np.cumsum(self.count) - self.count, np.arange(len(self.face))
-        turned = (2 * first + self.count - 1)[self.face] - at
-        return replace(self, vertex=self.vertex[np.where(chosen[self.face], turned, at)])
+        """Return the surfaces with the orientation of the chosen faces reversed.
+
+        ``chosen`` is a mask of faces, shape (faces,).
+        """
+        first, corner = np.cumsum(self.count) - self.count, np.arange(len(self.face))
+        mirrored = (2 * first + self.count - 1)[self.face] - corner
+        return replace(self, vertex=self.vertex[np.where(chosen[self.face], mirrored, corner)])
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """A point in words, coordinates within the tolerance as 0."""
+    """Return a point as text; coordinates within the tolerance are written as 0."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
 @dataclass(frozen=True)
 class Frames(Rows):
-    """Planes: a point of each, two unit axes in it and its unit normal u × v, shape (frames, 3) each."""
+    """Planes with coordinate axes."""
 
-    base: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    normal: np.ndarray
+    base: np.ndarray  #: origin of the coordinates of each plane, shape (frames, 3)
+    u: np.ndarray  #: unit vector of the first axis, shape (frames, 3)
+    v: np.ndarray  #: unit vector of the second axis, shape (frames, 3)
+    normal: np.ndarray  #: unit normal u × v, shape (frames, 3)
 
     @classmethod
     def of(cls, base: np.ndarray, normal: np.ndarray, along: np.ndarray) -> Self:
-        """With these points and normals, the first axis as near as it can be to ``along``."""
+        """Return the frames with given origins and normals.
+
+        The first axis is the projection of ``along`` onto the plane. Neither ``normal`` nor ``along`` need
+        have unit length.
+        """
         normal = unit(normal)
         u = unit(along - dots(along, normal)[:, None] * normal)
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Coordinates in the given frames of points in space, shape (points, 2)."""
-        beside = points - self.base[frame]
-        return np.column_stack([dots(beside, self.u[frame]), dots(beside, self.v[frame])])
+        """Return the coordinates of points in space in a frame for each point, shape (points, 2)."""
+        offset = points - self.base[frame]
+        return np.column_stack([dots(offset, self.u[frame]), dots(offset, self.v[frame])])
 
     def above(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Height of points in space over the given frames, shape (points,)."""
+        """Return the heights of points in space over a frame for each point, shape (points,)."""
         return dots(points - self.base[frame], self.normal[frame])
 
     def up(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Points in space with these coordinates in the given frames, shape (points, 3)."""
+        """Return the points in space with given coordinates in a frame for each point, shape (points, 3)."""
         return self.base[frame] + points[:, :1] * self.u[frame] + points[:, 1:] * self.v[frame]
 
 
 @dataclass(frozen=True)
 class OuterFaces(Rows):
-    """Plane outer faces of the blocks in turn."""
+    """Plane outer faces of all blocks."""
 
-    block: np.ndarray  #: of each face, rising, shape (faces,)
-    frame: Frames  #: their planes, normals outwards
-    polygon: np.ndarray  #: shapely polygons in them, counter-clockwise, with holes, shape (faces,)
+    block: np.ndarray  #: block of each face, rising, shape (faces,)
+    frame: Frames  #: plane of each face, with its normal outwards
+    #: Polygon of each face in the coordinates of its frame, counter-clockwise, with holes, shape (faces,).
+    polygon: np.ndarray
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest coordinates of each face, shape (faces, 3) each."""
+        """Return the least and the largest coordinates of each face, shape (faces, 3) each."""
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sides of outlines and holes, their face to the left seen from outside: ends, and faces, rising."""
+        """Return the ends of the sides of outlines and holes, shape (sides, 3) each, and their faces, rising.
+
+        Seen from outside, the face lies to the left of each side.
+        """
         tail, tip, face = outlines.sides_of(self.polygon)
         return self.frame.up(tail, face), self.frame.up(tip, face), face
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """The rows over their lengths."""
+    """Return the rows divided by their lengths."""
     return vectors / lengths(vectors)[:, None]
 
 
 @dataclass(frozen=True)
 class Planes:
-    """The planes in which faces lie, each shared by all faces of a block within the tolerance of it."""
+    """Planes of faces; all faces of a block within the tolerance of a plane share it."""
 
-    frame: Frames  #: the planes
-    block: np.ndarray  #: of each plane, rising, shape (planes,)
-    of_face: np.ndarray  #: plane of each face, -1 of those without area, shape (faces,)
-    outwards: np.ndarray  #: whether the plane's normal is the face's outward normal, shape (faces,)
+    frame: Frames  #: planes with coordinate axes
+    block: np.ndarray  #: block of each plane, rising, shape (planes,)
+    of_face: np.ndarray  #: plane of each face, -1 for faces without area, shape (faces,)
+    outwards: np.ndarray  #: True if the plane's normal points out of the face's part, shape (faces,)
 
 
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:
-    """The planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
+    """Return the planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = sums(face, corners, len(count)) / np.maximum(count, 1)[:, None]
     after = corners[following(count)]
     area = sums(face, np.cross(corners - middle[face], after - middle[face]) / 2, len(count))
     size = lengths(area)
     side = lengths(after - corners)
-    thick = 2 * size > tolerance * np.bincount(face, side, len(count))
+    has_area = 2 * size > tolerance * np.bincount(face, side, len(count))
     normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
     height = np.abs(dots(corners - middle[face], normal[face]))
-    height[~thick[face]] = 0.0
+    height[~has_area[face]] = 0.0
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
         off = f"a corner lies {height[worst]:.3g} off its plane (the tolerance is {tolerance:.3g})"
@@ -190,36 +221,16 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         surfaces.refuse(int(face[worst]), f"is not flat: {off}: {remedy}")
-    # In each round the largest face left of each block takes all faces in its plane.
     block = surfaces.block[surfaces.part]
-    first = np.cumsum(count) - count
-    leader = np.full(len(count), -1)
-    left = np.flatnonzero(thick)
-    # Sizes of faces alike differ by rounding, which must not choose among them.
-    rank = np.round(np.log(size[left] / size.max(initial=0.0)), 6)
-    left = left[np.lexsort((left, -rank, block[left]))]
-    while len(left):
-        lead = np.diff(block[left], prepend=-1) != 0
-        ahead = left[lead][np.cumsum(lead) - 1]
-        within = np.abs(dots(middle[left] - middle[ahead], normal[ahead])) <= tolerance
-        # A thin end of a part has two faces within the tolerance of one plane, and is no plane.
-        opposite = dots(normal[left], normal[ahead]) < 0
-        within &= ~(opposite & (surfaces.part[left] == surfaces.part[ahead]))
-        some, plane = left[within], ahead[within]
-        at, of = ranges(first[some], count[some]), np.repeat(plane, count[some])
-        off = np.abs(dots(corners[at] - middle[of], normal[of]))
-        flat = np.maximum.reduceat(off, np.cumsum(count[some]) - count[some]) <= tolerance
-        within[within] = flat | (some == plane)
-        leader[left[within]] = ahead[within]
-        left = left[~within]
-    leads, of_thick = np.unique(leader[thick], return_inverse=True)
+    leader = _leading_faces(surfaces, np.flatnonzero(has_area), (middle, normal, size), tolerance)
+    leads, plane_of_face = np.unique(leader[has_area], return_inverse=True)
     of_face = np.full(len(count), -1)
-    of_face[thick] = of_thick
-    # Along the first of the longest sides: an axis that turns with the scene.
+    of_face[has_area] = plane_of_face
+    # The first axis runs along the first of the longest sides, so that it turns with the scene.
     longest = np.zeros(len(count))
     np.maximum.at(longest, face, side)
-    long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
-    longest_side = long[np.unique(face[long], return_index=True)[1]]
+    as_long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
+    longest_side = as_long[np.unique(face[as_long], return_index=True)[1]]
     along = np.zeros_like(area)
     along[face[longest_side]] = (after - corners)[longest_side]
     frame = Frames.of(middle[leads], normal[leads], along[leads])
@@ -227,8 +238,55 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     return Planes(frame, block[leads], of_face, outwards)
 
 
+def _leading_faces(
+    surfaces: Surfaces,
+    faces: np.ndarray,
+    geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
+    tolerance: float,
+) -> np.ndarray:
+    """Return, for each face, the face in whose plane it lies within the tolerance; -1 if it has no area.
+
+    In each round, the largest face that remains of each block takes all remaining faces in its plane.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+        All faces.
+    faces : ndarray
+        Numbers of the faces that have area.
+    geometry : tuple of ndarray
+        Middle, unit normal and area of each face.
+    tolerance : float
+        Largest distance of a corner from the plane.
+    """
+    middle, normal, size = geometry
+    corners, count = surfaces.corners, surfaces.count
+    block = surfaces.block[surfaces.part]
+    first = np.cumsum(count) - count
+    leader = np.full(len(count), -1)
+    # Areas of equal faces differ by rounding, which must not choose among them.
+    rank = np.round(np.log(size[faces] / size.max(initial=0.0)), 6)
+    remaining = faces[np.lexsort((faces, -rank, block[faces]))]
+    while len(remaining):
+        is_first = np.diff(block[remaining], prepend=-1) != 0
+        largest = remaining[is_first][np.cumsum(is_first) - 1]
+        within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
+        # A thin end of a part may have two opposite faces within the tolerance. They are in two planes.
+        opposite = dots(normal[remaining], normal[largest]) < 0
+        within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
+        candidate, plane = remaining[within], largest[within]
+        corner = ranges(first[candidate], count[candidate])
+        plane_of_corner = np.repeat(plane, count[candidate])
+        off = np.abs(dots(corners[corner] - middle[plane_of_corner], normal[plane_of_corner]))
+        flat = np.maximum.reduceat(off, np.cumsum(count[candidate]) - count[candidate]) <= tolerance
+        within[within] = flat | (candidate == plane)
+        leader[remaining[within]] = largest[within]
+        remaining = remaining[~within]
+    return leader
+
+
 def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
-    """The outer faces of the blocks. Raises CaseError if a face crosses itself."""
+    """Return the outer faces of the blocks. Raises CaseError if a face crosses itself."""
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]
     number, of_ring = np.unique(face, return_inverse=True)
@@ -240,17 +298,17 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)
     merged = pieces[sample]
-    of_key = np.split(pieces[np.argsort(side, kind="stable")], np.cumsum(count)[:-1])
+    pieces_of_side = np.split(pieces[np.argsort(side, kind="stable")], np.cumsum(count)[:-1])
     grid = outlines.GRID * tolerance
     for index in np.flatnonzero(count > 1):
-        own = of_key[index]
-        together = shapely.union_all(own)
-        # Convex pieces of one side do not overlap.
-        if abs(together.area - shapely.area(own).sum()) > tolerance * together.length:
-            together = shapely.union_all(own, grid_size=grid)
-        merged[index] = together
+        own = pieces_of_side[index]
+        union = shapely.union_all(own)
+        # Convex pieces of one side do not overlap. A different area shows that the union failed.
+        if abs(union.area - shapely.area(own).sum()) > tolerance * union.length:
+            union = shapely.union_all(own, grid_size=grid)
+        merged[index] = union
     merged[count > 1] = outlines.without_slivers(merged[count > 1], -tolerance)
-    # Where two parts of a block meet, faces of both sides lie in one plane.
+    # If two parts of a block meet, one plane has faces on both of its sides. Their common area is inside.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
         both = merged[index : index + 2]
         outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)
@@ -259,10 +317,10 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     simple = outlines.valid(outlines.without_straight_corners(polygons, STRAIGHT * tolerance))
     polygons, part = shapely.get_parts(simple, return_index=True)
     of_side = of_side[part]
-    kept = outlines.wide(polygons, tolerance)
-    polygons, of_side = polygons[kept], of_side[kept]
+    wide = outlines.wide(polygons, tolerance)
+    polygons, of_side = polygons[wide], of_side[wide]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
-    # Seen from the other side of the plane.
+    # Reverse the second axis for faces whose outward normal is opposite to that of their plane.
     flipped = shapely.transform(polygons[inwards], lambda points: points * [1, -1])
     polygons[inwards] = shapely.orient_polygons(flipped)
     sign = np.where(inwards, -1.0, 1.0)[:, None]

@@ -1,4 +1,4 @@
-"""Shapes of the blocks of a scene in space, their convex parts, and the checks that a solid must pass."""
+"""Compute the shapes of the blocks of a scene in space, with their convex parts, and check the solids."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,23 +15,26 @@ from masonry_opt.scene.space.faces import OuterFaces, Planes, Surfaces, outer_fa
 
 @dataclass(frozen=True)
 class ConvexParts:
-    """Convex parts of the blocks in turn."""
+    """Convex parts of all blocks, as sets of corners and as intersections of half-spaces.
 
-    block: np.ndarray  #: of each part, rising, shape (parts,)
-    points: np.ndarray  #: corners, shape (points, 3)
-    of_point: np.ndarray  #: the part of each, rising
-    normal: np.ndarray  #: of half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3)
-    offset: np.ndarray  #: of them, shape (planes,)
-    of_plane: np.ndarray  #: the part of each, rising
+    The half-spaces are normal · x ≤ offset.
+    """
+
+    block: np.ndarray  #: block of each part, rising, shape (parts,)
+    points: np.ndarray  #: corners of all parts, shape (points, 3)
+    of_point: np.ndarray  #: part of each corner, rising, shape (points,)
+    normal: np.ndarray  #: unit normal of each half-space, out of its part, shape (planes, 3)
+    offset: np.ndarray  #: offset of each half-space, shape (planes,)
+    of_plane: np.ndarray  #: part of each half-space, rising, shape (planes,)
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
-        """The parts that the surfaces bound, if they are convex."""
-        at, corner = np.unique(surfaces.vertex, return_index=True)
-        # Vertices, like faces, are those of the parts in turn.
-        points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
-        flat = planes.of_face >= 0
-        key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[flat]
+        """Return the parts that surfaces bound, on the assumption that these parts are convex."""
+        vertex, corner = np.unique(surfaces.vertex, return_index=True)
+        # Vertices and faces are both numbered part by part.
+        points, of_point = surfaces.points[vertex], surfaces.part[surfaces.face[corner]]
+        has_area = planes.of_face >= 0
+        key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[has_area]
         of_plane, plane, outwards = np.unique(key, axis=0).T
         normal = np.where(outwards, 1.0, -1.0)[:, None] * planes.frame.normal[plane]
         offset = dots(normal, planes.frame.base[plane])
@@ -39,20 +42,34 @@ class ConvexParts:
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and largest coordinates of each part, shape (parts, 3) each."""
+        """Return the least and the largest coordinates of each part, shape (parts, 3) each."""
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
-        parts where that is most; negative inside. Shape (pairs,) each."""
+        """Return how far the corners of parts lie in front of the planes of parts, shape (pairs,) each.
+
+        Parameters
+        ----------
+        one, other : ndarray, shape (pairs,)
+            Pairs of parts: the planes are those of ``one``, the corners those of ``other``.
+
+        Returns
+        -------
+        nearest : ndarray
+            Height of the lowest corner over a plane, at the plane with the largest value. If it is positive,
+            the plane separates the two parts.
+        farthest : ndarray
+            Height of the highest corner over a plane, at the plane with the largest value.
+        """
         parts = np.arange(len(self.block) + 1)
-        plane, point = (np.searchsorted(of, parts) for of in (self.of_plane, self.of_point))
+        first_plane, first_point = (np.searchsorted(part, parts) for part in (self.of_plane, self.of_point))
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for pair, (a, b) in enumerate(zip(one, other, strict=True)):
-            planes, points = slice(*plane[a : a + 2]), self.points[slice(*point[b : b + 2])]
+            planes = slice(*first_plane[a : a + 2])
+            points = self.points[slice(*first_point[b : b + 2])]
             low, high = np.full((2, planes.stop - planes.start), [[np.inf], [-np.inf]])
-            for some in chunks(np.full(len(points), len(low))):
-                height = self.normal[planes] @ points[some].T - self.offset[planes, None]
+            for chunk in chunks(np.full(len(points), len(low))):
+                height = self.normal[planes] @ points[chunk].T - self.offset[planes, None]
                 low, high = np.minimum(low, height.min(axis=1)), np.maximum(high, height.max(axis=1))
             nearest[pair], farthest[pair] = low.max(), high.max()
         return nearest, farthest
@@ -61,22 +78,28 @@ class ConvexParts:
 def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
-    """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
+    """Yield the numbers of the pairs of parts that overlap by more than the tolerance, in rising order.
+
+    Each number comes with the common region of the two parts.
+    """
     low, high = parts.boxes
     inside = np.minimum(high[one], high[other]) - np.maximum(low[one], low[other])
-    found = np.flatnonzero((inside > tolerance).all(axis=1))
+    pairs = np.flatnonzero((inside > tolerance).all(axis=1))
     for a, b in ((one, other), (other, one)):
-        # No plane of either keeps them apart.
-        found = found[parts.beyond(a[found], b[found])[0] < -tolerance]
-    for pair in found:
-        both = _common(parts, int(one[pair]), int(other[pair]))
-        if both.depth > tolerance:
-            yield int(pair), both
+        # Pairs that a plane of either part separates do not overlap.
+        pairs = pairs[parts.beyond(a[pairs], b[pairs])[0] < -tolerance]
+    for pair in pairs:
+        common = _common_region(parts, int(one[pair]), int(other[pair]))
+        if common.depth > tolerance:
+            yield int(pair), common
 
 
-def _common(parts: ConvexParts, one: int, other: int) -> Common:
-    """What two parts have in common, as deep as the largest ball in it is wide; 0 if they do not overlap."""
-    # Few pairs come here, and half a second is much for the others to wait.
+def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
+    """Return the common region of two parts, with zero depth if the parts do not overlap.
+
+    The depth is the diameter of the largest ball inside the region, which a linear program finds.
+    """
+    # Importing scipy.optimize and scipy.spatial takes half a second, and few scenes reach this function.
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
@@ -86,10 +109,11 @@ def _common(parts: ConvexParts, one: int, other: int) -> Common:
     own = np.isin(parts.of_plane, both)
     normal = parts.normal[own]
     offset = (parts.offset[own] - normal @ middle) / scale
-    # The largest ball: its middle and radius.
-    within, limits = np.column_stack([normal, np.ones(len(normal))]), [(None, None)] * 3 + [(0, None)]
+    # The unknowns are the middle of the ball and its radius, which is maximised.
+    rows = np.column_stack([normal, np.ones(len(normal))])
+    limits = [(None, None)] * 3 + [(0, None)]
     exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    ball = linprog([0, 0, 0, -1], within, offset, bounds=limits, options=exact)
+    ball = linprog([0, 0, 0, -1], rows, offset, bounds=limits, options=exact)
     if ball.x is None or ball.x[3] <= 1e-9:
         return Common(0.0, middle, 0.0)
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
@@ -99,137 +123,173 @@ def _common(parts: ConvexParts, one: int, other: int) -> Common:
     return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
 
 
-_WHOLE = 1e6  #: Weight of the condition that corners' shares in the nearest point of their hull sum to one.
+#: Weight of the condition that the coefficients of a convex combination sum to one, relative to its
+#: coordinates. A larger value enforces the sum more exactly, and costs digits of the coordinates.
+_SUM_WEIGHT = 1e6
 
 
 @dataclass(frozen=True)
 class Shapes(Extents):
     """Shapes of a scene in space."""
 
-    parts: ConvexParts
-    faces: OuterFaces
+    parts: ConvexParts  #: convex parts of the blocks
+    faces: OuterFaces  #: outer faces of the blocks
 
     within = "in a volume"
     remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
     meeting = "along edges or at corners alone, where a joint needs a face"
     inside = 0.999
     mortar = 0.2
-    enough = 100  # each a linear program
+    enough = 100  # each overlap takes a linear program
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners of all blocks, and the block of each corner, in rising order."""
         return self.parts.points, self.parts.block[self.parts.of_point]
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        every, block = self.corners
-        off = [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)]
-        return np.array(off, dtype=float)
+        """Return the distance of points from the convex hulls of blocks, shape (points,)."""
+        corners, owner = self.corners
+        distances = [
+            _distance_from_hull(corners[owner == block] - point)
+            for block, point in zip(blocks, points, strict=True)
+        ]
+        return np.array(distances, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
-        over = self.parts.normal @ point - self.parts.offset
+        """Return the height of a point over the planes of a block; zero or negative if it lies inside.
+
+        For each part the largest height counts, for the block the least of these. The height is a lower bound
+        of the distance.
+        """
+        height = self.parts.normal @ point - self.parts.offset
         own = np.flatnonzero(self.parts.block == block)
-        return min(float(over[self.parts.of_plane == part].max()) for part in own)
+        return min(float(height[self.parts.of_plane == part].max()) for part in own)
 
     def nearest(self, block: int) -> tuple[int, float]:
+        """Return the block that is nearest to a block, and its distance.
+
+        Blocks are examined in the order of the distances of their boxes, which are lower bounds.
+        """
         low, high = self.boxes
-        at_least = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
-        at_least[block] = np.inf
-        found, gap = block, np.inf
-        for other in np.argsort(at_least).tolist():
-            if at_least[other] >= gap:
+        lower_bound = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
+        lower_bound[block] = np.inf
+        nearest, gap = block, np.inf
+        for other in np.argsort(lower_bound).tolist():
+            if lower_bound[other] >= gap:
                 break
-            both = product(*map(self._parts_of, (block, other)))
-            apart = min(_from_hull((one[:, None] - own[None]).reshape(-1, 3)) for one, own in both)
-            found, gap = (other, apart) if apart < gap else (found, gap)
-        return found, gap
+            # The distance of two convex parts is that of the origin from the hull of corner differences.
+            distance = min(
+                _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
+                for first, second in product(self._parts_of(block), self._parts_of(other))
+            )
+            if distance < gap:
+                nearest, gap = other, distance
+        return nearest, gap
 
     def _parts_of(self, block: int) -> list[np.ndarray]:
-        """Corners of each part of a block."""
+        """Return the corners of each part of a block, shape (corners, 3) each."""
         parts = np.flatnonzero(self.parts.block == block)
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        """Yield the numbers of pairs that overlap, and the common regions of their parts."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
         number, one, other = combine(first[i], count[i], first[j], count[j])
-        for at, piece in overlapping(self.parts, one, other, self.contact_tolerance):
-            yield int(number[at]), piece
+        for pair_of_parts, common in overlapping(self.parts, one, other, self.contact_tolerance):
+            yield int(number[pair_of_parts]), common
 
 
-def _from_hull(beside: np.ndarray) -> float:
-    """Return the distance of the origin from the convex hull of points.
+def _distance_from_hull(points: np.ndarray) -> float:
+    """Return the distance of the origin from the convex hull of points, shape (points, 3).
 
     Nonnegative least squares finds the convex combination of the points that is nearest to the origin.
     """
     # Importing scipy.optimize takes a fifth of a second, and few scenes reach this function.
     from scipy.optimize import nnls
 
-    size = float(np.abs(beside).max()) or 1.0
-    rows = np.vstack([beside.T / size, np.full(len(beside), _WHOLE)])
-    share, _ = nnls(rows, np.append(np.zeros(beside.shape[1]), _WHOLE))
-    return float(np.hypot.reduce(share @ beside))
+    size = float(np.abs(points).max()) or 1.0
+    rows = np.vstack([points.T / size, np.full(len(points), _SUM_WEIGHT)])
+    coefficients, _ = nnls(rows, np.append(np.zeros(points.shape[1]), _SUM_WEIGHT))
+    return float(np.hypot.reduce(coefficients @ points))
 
 
 def shapes(scene: Scene) -> Shapes:
-    """Volumes, centroids, convex parts and outer faces of the blocks. Parts inside out are turned, and faces
-    against the others; coplanar pieces of a block are one outer face. Raises CaseError naming the block if a
-    part is open, not convex, or has no volume, a face is not flat or crosses itself, or parts overlap."""
-    given = Surfaces.of(scene)
-    origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
-    given = replace(given, points=given.points - origin)
-    signed, surface, middle = _masses(given)
-    volume = np.abs(signed)
-    block = given.block[volume <= tolerance * surface / 2]
+    """Return volumes, centroids, convex parts and outer faces of the blocks of a scene.
+
+    Parts whose faces are oriented inwards are reversed, and so are single faces oriented unlike the others of
+    their part. Coplanar pieces of a block become one outer face.
+
+    Raises
+    ------
+    CaseError
+        If the surface of a part is not closed, or if a part is not convex or has no volume. If a face is not
+        flat or crosses itself, or if parts of a block overlap. The message names the block.
+    """
+    surfaces = Surfaces.of(scene)
+    origin, tolerance = frame_of(scene, surfaces.corners, surfaces.block[surfaces.part[surfaces.face]])
+    surfaces = replace(surfaces, points=surfaces.points - origin)
+    signed_volume, area, middle = _volumes(surfaces)
+    volume = np.abs(signed_volume)
+    block = surfaces.block[volume <= tolerance * area / 2]
     none = f"has no volume (the tolerance is {tolerance:.3g})"
     raise_for(np.unique(block), scene, f"{none}: give the faces of a solid, and all coordinates in one unit")
-    given = given.reversed(signed[given.part] < 0)
-    flat = planes(given, tolerance)
-    parts = ConvexParts.of(given, flat)
+    surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
+    flat = planes(surfaces, tolerance)
+    parts = ConvexParts.of(surfaces, flat)
     _refuse_parts(scene, parts, origin, tolerance)
     blocks = len(scene.blocks)
-    whole = np.bincount(given.block, volume, blocks)
-    centroid = sums(given.block, volume[:, None] * middle, blocks) / whole[:, None]
-    convex = np.bincount(given.block, minlength=blocks) == 1
-    faces = outer_faces(given, flat, tolerance)
+    volume_of_block = np.bincount(surfaces.block, volume, blocks)
+    centroid = sums(surfaces.block, volume[:, None] * middle, blocks) / volume_of_block[:, None]
+    convex = np.bincount(surfaces.block, minlength=blocks) == 1
+    faces = outer_faces(surfaces, flat, tolerance)
     touching = max(tolerance, scene.contact_tolerance or 0.0)
-    return Shapes(origin, tolerance, touching, whole, centroid, convex, given.mixed, parts, faces)
+    return Shapes(
+        origin, tolerance, touching, volume_of_block, centroid, convex, surfaces.mixed, parts, faces
+    )
 
 
-def _masses(given: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Volume of each part, negative if inside out, surface, and centroid: by tetrahedra round a point."""
-    count, corners, parts = given.count, given.corners, len(given.block)
-    part = given.part[given.face]
+def _volumes(surfaces: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return volume, surface area and centroid of each part, shapes (parts,), (parts,) and (parts, 3).
+
+    They are sums over tetrahedra between the middle of the part and the triangles of its faces. The volume is
+    negative if the faces are oriented inwards.
+    """
+    count, corners, parts = surfaces.count, surfaces.corners, len(surfaces.block)
+    part = surfaces.part[surfaces.face]
     inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
-    first = (np.cumsum(count) - count)[given.face]
-    a, b, c = (corners[at] - inside[part] for at in (first, np.arange(len(part)), following(count)))
+    first = (np.cumsum(count) - count)[surfaces.face]
+    triangle = (first, np.arange(len(part)), following(count))
+    a, b, c = (corners[corner] - inside[part] for corner in triangle)
     volume = dots(a, np.cross(b, c)) / 6
-    whole = np.bincount(part, volume, parts)
-    surface = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
+    volume_of_part = np.bincount(part, volume, parts)
+    area = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
     moment = sums(part, volume[:, None] * (a + b + c) / 4, parts)
-    safe = np.where(whole == 0, 1.0, whole)[:, None]
-    return whole, surface, inside + moment / safe
+    divisor = np.where(volume_of_part == 0, 1.0, volume_of_part)[:, None]
+    return volume_of_part, area, inside + moment / divisor
 
 
 def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, tolerance: float) -> None:
-    """Raise CaseError if a part is not convex, or parts of a block overlap."""
+    """Raise CaseError if a part is not convex, or if parts of a block overlap."""
     number = np.arange(len(parts.block))
     _, farthest = parts.beyond(number, number)
     worst = int(farthest.argmax())
     if farthest[worst] > tolerance:
-        block, hollow = parts.block[worst], np.unique(parts.block[farthest > tolerance])
+        block, not_convex = parts.block[worst], np.unique(parts.block[farthest > tolerance])
         own = np.flatnonzero(parts.block == block)
         what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
         off = f"a corner lies {farthest[worst]:.3g} in front of the plane of a face"
-        every = [block, *hollow[hollow != block]]
-        raise_for(every, scene, f"has {what} that is not convex ({off}): give 'parts', each convex")
+        blocks = [block, *not_convex[not_convex != block]]
+        raise_for(blocks, scene, f"has {what} that is not convex ({off}): give 'parts', each convex")
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
     one, other = one[one < other], other[one < other]
-    for pair, found in overlapping(parts, one, other, tolerance):
+    for pair, common in overlapping(parts, one, other, tolerance):
         block = parts.block[one[pair]]
         numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
-        overlap = f"overlap in a volume of {found.size:.6g} round {place(found.middle + origin, tolerance)}"
-        deep = f"{found.depth:.3g} deep: move them apart"
+        overlap = f"overlap in a volume of {common.size:.6g} round {place(common.middle + origin, tolerance)}"
+        deep = f"{common.depth:.3g} deep: move them apart"
         raise_for([block], scene, f"has parts no. {numbers} that {overlap}, {deep}")

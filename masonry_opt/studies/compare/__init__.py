@@ -1,1 +1,1 @@
-"""The benchmark: scenes × methods × models × solvers × tolerances, timed and judged."""
+"""Benchmark of scenes × methods × models × solvers × tolerances: runs are timed and judged."""

@@ -1,4 +1,4 @@
-"""Verdicts on runs, and what a comparison found: medians, Pareto fronts, success."""
+"""Verdicts on the runs of a comparison, and their summary: medians, Pareto fronts, rates of success."""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -22,69 +22,91 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 from masonry_opt.words.names import warning_lines
 
-#: The kinds of answer that can be exact: in the loop's, sliding may contract.
+#: Kinds of answers that can be exact. In answers of the loop sliding joints may contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
-#: The two questions: the load factor with normal flow, and with Coulomb's.
-ASSOCIATIVE, COULOMB = "associative", "Coulomb"
+ASSOCIATIVE = "associative"  #: Question for the load factor with normal flow.
+COULOMB = "Coulomb"  #: Question for the load factor with Coulomb's flow.
 
-#: Claims of an analysis on a scene: that it has a load factor, or why it has none. Every other end (not
-#: converged, solver failed, a limit) concerns the method alone.
-ANSWER = "answer"
+ANSWER = "answer"  #: Claim that a scene has the load factor of the run.
+#: Claims of an analysis on a scene: a load factor, or the reason why it has none. Every other end (not
+#: converged, solver failed, a limit) is a statement on the method only.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
-#: Verdicts, best first: the page says what they mean. The first two are a success; only the first is drawn as
-#: a point of time and error.
-CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
-VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
+CERTIFIED = "certified"  #: The load factor is certified; drawn as a point of time and error.
+NAMED = "named correctly"  #: There is no load factor, and the reason is right.
+FAILED = "failed but said so"  #: The run ended without a claim.
+WRONG = "wrong"  #: The claim is false.
+VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)  #: Verdicts, best first; the first two are a success.
 
-JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of what is said of a run.
-GAP_FLOOR = SAME  #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
+JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
+#: Relative gaps to the best exact Coulomb state below this are zero; charts draw them at this value.
+GAP_FLOOR = SAME
 
-_PAIR = ["method", "model", "solver", "tolerance"]
-#: Numbers of a summary that are medians of the repeats.
+_PAIR = ["method", "model", "solver", "tolerance"]  #: Columns of a Pair.
+#: Columns of a summary that are medians of the repeats.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
-_COUNTS = ["lp_solves", "nlp_solves", "iterations"]
-#: Numbers of a run, and columns of a summary.
+_COUNTS = ["lp_solves", "nlp_solves", "iterations"]  #: Columns of a summary that are counts.
+#: Columns of a summary that are numbers.
 _NUMBERS = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound", "joints", "blocks"]
-_SUMMARY = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"]
-_SUMMARY += [*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
-_SUMMARY += ["bound", "ended", "status", "kind", "message"]
+#: All columns of a summary, in order.
+_SUMMARY = [
+    *("scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"),
+    *(*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS),
+    *("bound", "ended", "status", "kind", "message"),
+]
 
-#: Columns of the success table; headings that are not the columns' names; how numbers are written there.
+#: Columns of the table of success, after the pair.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
-HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)", "pair": "method · model · solver"}
-HEADINGS |= {"reason": "why", "lp_solves": "LPs"}
-#: Columns of the printed table, and its headings: they fit into 100 columns of a terminal. The page has more.
+#: Headings of columns that differ from their names.
+HEADINGS = {
+    "time": "median time (s)",
+    "peak_memory": "peak (MB)",
+    "pair": "method · model · solver",
+    "reason": "why",
+    "lp_solves": "LPs",
+}
+#: Columns of the printed table, which fits into 100 columns of a terminal. The table of the page has more.
 PRINTED = ("method", "model", "solver", "tolerance", "success", *VERDICTS, "time", "largest error")
+#: Headings of the printed table that differ from the names of its columns.
 PRINTED_HEADINGS = {"tolerance": "tol.", NAMED: "named", FAILED: "failed", "time": "time (s)"}
-FORMATS = {"success": "{:.0%}", "load_factor": "{:.9g}", "time": "{:.3g}", "peak_memory": "{:.0f}"}
-FORMATS |= dict.fromkeys(("error", "largest error"), "{:.1e}")
-FORMATS |= dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}")
+#: Formats of numbers by column.
+FORMATS = {
+    "success": "{:.0%}",
+    "load_factor": "{:.9g}",
+    "time": "{:.3g}",
+    "peak_memory": "{:.0f}",
+    **dict.fromkeys(("error", "largest error"), "{:.1e}"),
+    **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
+}
 
-REPEATED_BELOW = 5.0  #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
+#: Runs that take longer than this (seconds) are not repeated: their times scatter little.
+REPEATED_BELOW = 5.0
 
 
 class BestKnown(NamedTuple):
-    """The lowest exact load factor of a scene, and the method that found it."""
+    """Lowest known exact load factor of a scene, and the method that found it."""
 
     load_factor: float
     method: str
 
 
 def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown]:
-    """The lowest exact states known of scenes, by name, from best_known.toml in a folder, if there; none of a
-    changed scene. Raises CaseError if the file is not as those of the package."""
-    registry, found = folder / "best_known.toml", dict[str, BestKnown]()
+    """Return the lowest known exact states of scenes by name, from best_known.toml in a folder.
+
+    A scene whose content has changed has no entry. Raises CaseError if the file has another form.
+    """
+    registry = folder / "best_known.toml"
+    best: dict[str, BestKnown] = {}
     try:
         entries = tomllib.loads(registry.read_text("utf-8")) if registry.exists() else {}
         for scene in scenes:
             entry = entries.get(f"{scene.name}.toml")
             if entry is not None and entry["content"] == scene.content:
-                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+                best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaseError(f"{registry}: needs content, load_factor and method of each scene: {error}") from None
-    return found
+    return best
 
 
 def chart_name(question: str) -> str:
@@ -93,27 +115,31 @@ def chart_name(question: str) -> str:
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
-    """Return the lowest exact Coulomb state of each scene, by the name of the scene.
+    """Return the lowest exact Coulomb states by scene name, from known states and from runs.
 
-    The states are the known ones and those of runs, in space with friction by the cone. A state that is exact
-    but for its complementarity counts only for scenes that have another state.
+    In space only runs by the friction cone count. A run that is nearly complementary ends in any exact
+    state. It counts only if the scene has a known state, or another run searched for a low one.
     """
-    able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
-    exact = [row for row in able if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
-    low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.NEARLY_COMPLEMENTARY)}
+    candidates = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
+    exact = [row for row in candidates if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
+    searched = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.NEARLY_COMPLEMENTARY)}
     best = dict(known)
     for row in exact:
-        scene, found = row["scene"], row["load_factor"]
-        if scene in low and (scene not in best or is_lower(found, best[scene].load_factor)):
-            best[scene] = BestKnown(found, row["method"])
+        scene, load_factor = row["scene"], row["load_factor"]
+        if scene in searched and (scene not in best or is_lower(load_factor, best[scene].load_factor)):
+            best[scene] = BestKnown(load_factor, row["method"])
     return best
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Whether each claim is right, by bounds of the associative load factor; unknown ones are left out. The
-    bounds decide the associative question. Coulomb's law has the same states of equilibrium within yield: if
-    the dead load has none, the scene does not stand; if their load factors are bounded, λ is limited. It has
-    other mechanisms, so nothing else follows."""
+    """Return True or False by claim, as far as bounds of the associative load factor decide it.
+
+    The bounds decide the associative question completely. With Coulomb's flow the admissible states of
+    equilibrium are equal, but mechanisms differ. Only two conclusions hold for the Coulomb question:
+
+    - If no admissible state carries the dead load, the scene is unstable.
+    - If the load factors of admissible states are bounded, the scene does not carry any load.
+    """
     right: tuple[str, ...] = ()
     if bounds.unstable:
         right = (Status.UNSTABLE,)
@@ -128,25 +154,30 @@ def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
 
 
 def question_of(method: str) -> str:
-    """The λ that a method computes."""
+    """Return the question that a method answers: ASSOCIATIVE or COULOMB."""
     return ASSOCIATIVE if METHODS[method].associative else COULOMB
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """What a run claims of its scene: one of CLAIMS, or another end."""
+    """Return the claim of a run on its scene, one of CLAIMS, or another end of the run."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER
 
 
 def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None) -> dict[str, Any]:
-    """Verdict and errors of one run, by name. ``verdict``: one of VERDICTS. ``reason``: why, in words; "" if
-    it is certified. ``error``: relative distance of λ from the middle of the bounds (half their width at
-    least) or from the best exact Coulomb state (GAP_FLOOR at least). ``below``: whether λ is below that
-    state. A missing number is None.
+    """Return the verdict and the error of one run, by the names of JUDGED.
 
-    The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
-    parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
+    - ``question``: ASSOCIATIVE or COULOMB.
+    - ``verdict``: one of VERDICTS.
+    - ``reason``: reason of the verdict, as text; "" if the answer is certified.
+    - ``error``: relative distance of λ from the middle of the bounds, at least half of their width; for the
+      Coulomb question from the best exact state, at least GAP_FLOOR. None if unknown.
+    - ``below``: True if λ is below the best exact state.
+
+    The bounds hold for crushing by chords, and in space for friction cones. They are not applied to a run
+    with the parabola of crushing. For a run with polygons inside the friction cones neither the lower bound
+    nor the claim that λ is unlimited holds.
     """
     question, bounds = question_of(row["method"]), bounds or CertifiedBounds()
     if row["crushing"] == "parabola" or (_by_sides(row) and not bounds.finite):
@@ -162,55 +193,72 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
 
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
-    """The verdict, and why, in words; "" if it is certified."""
+    """Return the verdict and its reason as text; "" if the answer is certified."""
     load_factor, claim = row["load_factor"], claim_of(row)
     end = row["status"] if row["ended"] == FINISHED else row["ended"]
-    said = f"{end}: {row['message']}" if row["message"] else str(end)
+    statement = f"{end}: {row['message']}" if row["message"] else str(end)
     if known.get(claim) is False:
         right = " or ".join(claim for claim in CLAIMS if known.get(claim))
-        return WRONG, f"{said} (right: {right or 'not this'})"
+        return WRONG, f"{statement} (right: {right or 'not this'})"
     if claim != ANSWER:
         named = known.get(claim) or (row["existence"] and Existence(row["existence"]).proven)
-        return (NAMED if named else FAILED), said
-    if over := residuals_over_limit(row):
+        return (NAMED if named else FAILED), statement
+    residuals = residuals_over_limit(row)
+    if residuals:
         limits = LIMITS[Kind(row["kind"])].as_dict()
-        large = [f"{name} {of:.1e} > {limits[name]:.0e}" for name, of in over.items() if of is not None]
+        large = [
+            f"{name} {value:.1e} > {limits[name]:.0e}"
+            for name, value in residuals.items()
+            if value is not None
+        ]
         return WRONG, ", ".join(large) or "no certificate"
     if bounds.finite:
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # States of Coulomb's law, and within sides, are states of eq. (9): they have the upper bound alone.
-        both = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
-        if both and load_factor < bounds.lower - margin:
+        # States of Coulomb's law, or with polygons inside cones, satisfy eq. (9) but need not maximise λ:
+        # only the upper bound holds for them.
+        has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
+        if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
     return CERTIFIED, ""
 
 
 def _by_sides(row: Mapping[Any, Any]) -> bool:
-    """Whether friction in space is limited by sides inside the cone."""
+    """Return True if friction in space is limited by a polygon inside the cone."""
     return "polygon" in row["friction_law"]
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Residuals of a row with a load factor that exceed the limits of its kind of answer, or of another
-    ``kind``; a residual that is missing or NaN exceeds them too."""
-    left = {name: row[name] for name in RESIDUALS}
-    if (energy := left["complementarity"]) is not None:
-        left["complementarity"] = over_load_factor(energy, row["load_factor"])
-    return LIMITS[kind or Kind(row["kind"])].failing(left)
+    """Return the residuals of a row with a load factor that exceed the limits of its kind of answer.
+
+    ``kind`` replaces the kind of the row. A residual that is missing or NaN exceeds the limits.
+    """
+    residuals = {name: row[name] for name in RESIDUALS}
+    energy = residuals["complementarity"]
+    if energy is not None:
+        residuals["complementarity"] = over_load_factor(energy, row["load_factor"])
+    return LIMITS[kind or Kind(row["kind"])].failing(residuals)
 
 
-def _relative(load_factor: float, to: float) -> float:
-    return (load_factor - to) / max(abs(to), SMALLEST)
+def _relative(load_factor: float, reference: float) -> float:
+    """Return the relative difference of a load factor from a reference."""
+    return (load_factor - reference) / max(abs(reference), SMALLEST)
 
 
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
-    ``bounds`` and ``best`` are by scene name. ``time``: seconds of the solve without the parts that all pairs
-    share: reading the scene, checking its dead load."""
+    """Return one row for each scene and pair, with median times and the worst verdict of the repeats.
+
+    ``time`` is that of the solve, in seconds, without the parts that all pairs share: reading the scene and
+    checking its dead load.
+
+    Parameters
+    ----------
+    rows: Rows of runs.
+    bounds, best: Certified bounds and best known states by scene name.
+    """
     judged = []
     for row in rows:
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
@@ -228,8 +276,10 @@ def summary(
 
 
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
-    """The best run of each method on each scene: by verdict, then by error (within SAME; none below the best
-    exact state), then by time."""
+    """Return the best run of each method on each scene: by verdict, then by error, then by time.
+
+    Errors up to SAME are equal, and a load factor below the best exact state has no error.
+    """
     error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=SAME)
     order = frame.assign(rank=frame["verdict"].map(VERDICTS.index), far=error)
     first = order.sort_values(["rank", "far", "time"], kind="stable").drop_duplicates(["scene", "method"])
@@ -237,15 +287,18 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def pareto(frame: pd.DataFrame) -> pd.DataFrame:
-    """The certified rows that no other such row beats in both time and error, quickest first."""
+    """Return the Pareto front of the certified rows in time and error, quickest first."""
     known = frame[(frame["verdict"] == CERTIFIED) & frame["error"].notna()]
     known = known.sort_values(["time", "error"])
     return known[known["error"] < known["error"].cummin().shift(fill_value=np.inf)]
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """How the scenes ended, one row a pair and tolerance. ``success``: share that is certified or named
-    correctly. Median time and largest error are those of the certified answers; peak_memory (MB) of all."""
+    """Return the verdicts on all scenes, one row for each pair and tolerance.
+
+    ``success`` is the share of answers that are certified or named correctly. The median time and the largest
+    error are those of certified answers, ``peak_memory`` (MB) that of all runs.
+    """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}
     marked = frame.assign(**ended, success=ended[CERTIFIED] | ended[NAMED], **of_certified)
@@ -262,30 +315,30 @@ class Comparison:
     scenes: tuple[CaseScene, ...]
     plan: RunPlan
     limits: RunLimits
-    bounds: dict[str, CertifiedBounds]  #: of the associative load factor, by scene name
-    best: dict[str, BestKnown]  #: lowest exact Coulomb state known, by scene name
+    bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
+    best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
     results: pd.DataFrame  #: one row a run (see :data:`~.runs.COLUMNS`)
-    summary: pd.DataFrame  #: one row a scene and pair (see :func:`summary`)
-    notes: tuple[str, ...] = ()  #: further remarks, a line each
-    interrupted: bool = False  #: whether runs are missing
-    warnings: tuple[str, ...] = ()  #: damaged lines of the journal, and what looks unintended in the scenes
-    #: What was written: tables, charts, the report.
+    summary: pd.DataFrame  #: one row for each scene and pair (see :func:`summary`)
+    notes: tuple[str, ...] = ()  #: remarks, one line each
+    interrupted: bool = False  #: True if runs are missing
+    warnings: tuple[str, ...] = ()  #: sentences on damaged lines of the journal and on unusual inputs
+    #: Files written: tables, charts and the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def told(self) -> pd.DataFrame:
-        """The success table, in words."""
+        """Table of success, as text."""
         return in_words(success(self.summary), FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: notes and warnings, the success table, the first chart."""
+        """Return the HTML of a notebook: notes and warnings, the table of success, and the first chart."""
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
         words = "\n".join([*self.notes, *warning_lines(self.warnings)])
         return notebook_html(printable(words), self.told, source)
 
     def __str__(self) -> str:
-        """Return the success table, the combinations left out, notes and warnings."""
+        """Return the table of success, the combinations left out, the notes and the warnings."""
         lines = []
         if len(self.summary):
             median = f"median of {counted(self.limits.repeats, 'run')}"

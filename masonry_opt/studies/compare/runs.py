@@ -1,4 +1,4 @@
-"""What a comparison runs: case files by pairs of a method and a solver; one run, and its row of results."""
+"""Runs of a comparison: combinations of case files, methods and solvers, and the row of one run."""
 
 import contextlib
 import os
@@ -23,33 +23,39 @@ from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
 from masonry_opt.words.sentences import sentences
 
-_NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
+_DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene on which no answer depends.
 #: Columns that identify a run: a run with an equal key is not made again.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
+#: Columns of text; "" if unknown.
 _WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 #: Columns of results.csv: λ and its certificate, seconds, memory in MB, counts, and the limits of the run.
-#: ``wall`` is the solve by the clock; of a run that did not finish, the time of its process.
-COLUMNS = (*KEY, *_WORDS, "load_factor", "bound", *RESIDUALS, "wall", *(f"{part}_seconds" for part in PARTS))
-COLUMNS += ("peak_memory", "lp_solves", "nlp_solves", "iterations", "blocks", "joints")
-COLUMNS += ("rows", "columns", "nonzeros", "time_limit", "memory_limit")
+#: ``wall`` is the duration of the solve; for a run that did not finish, that of its process.
+COLUMNS = (
+    *KEY,
+    *_WORDS,
+    *("load_factor", "bound", *RESIDUALS),
+    *("wall", *(f"{part}_seconds" for part in PARTS)),
+    *("peak_memory", "lp_solves", "nlp_solves", "iterations", "blocks", "joints"),
+    *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
+)
 
-_OWN_LIMIT = 0.8  #: Share of a run's time limit that a method with a time limit of its own is given.
-_WARM_UP = Path("gilbert", "two_blocks.toml")  #: A case file of two blocks.
+_METHOD_TIME_SHARE = 0.8  #: Time limit of a method with the option ``time_limit``, over that of its run.
+_WARM_UP = Path("gilbert", "two_blocks.toml")  #: Case file of two blocks, solved before a run is timed.
 
 
 @dataclass(frozen=True)
 class RunLimits:
-    """Seconds and MB that a run may take, and how often it is repeated."""
+    """Limits of each run, and the number of runs of each combination."""
 
-    time: float = 60.0
-    memory: float = 4000.0
+    time: float = 60.0  #: seconds
+    memory: float = 4000.0  #: MB (10⁶ bytes)
     repeats: int = 3
 
 
 @dataclass(frozen=True)
 class CaseScene:
-    """A scene of a comparison."""
+    """Scene of a comparison, by its case file."""
 
     name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
@@ -58,11 +64,12 @@ class CaseScene:
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
-    """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
-    ("ferris_tinloi/wall_1" or "wall_1").
+    """Read the scenes of a comparison, and return them with their names.
 
-    Raises CaseError if a case file is missing or wrong; OptionError if a scene has load cases, or two
-    different files have one name."""
+    A scene is given as the path of a case file, or as its name in a folder: "ferris_tinloi/wall_1" or
+    "wall_1". Raises CaseError if a case file is missing or wrong. Raises OptionError if a scene has load
+    cases, or if two different files have one name.
+    """
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
@@ -70,30 +77,33 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
         name = f"{path.resolve().parent.name}/{path.stem}"
-        found = CaseScene(name, path, content_of(scene))
-        before = scenes.setdefault(found.name, found)
-        if before.content != found.content:
-            raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
+        case_scene = CaseScene(name, path, content_of(scene))
+        first = scenes.setdefault(name, case_scene)
+        if first.content != case_scene.content:
+            raise OptionError(f"{first.path} and {path}: two scenes named '{name}': rename one")
     return tuple(scenes.values())
 
 
-def checked(found: CaseScene) -> CaseScene:
+def checked(scene: CaseScene) -> CaseScene:
     """Return a scene with its warnings.
 
-    Raises CaseError if no method can solve it: joints are wrong, or no load but that of moving axles is live.
+    Raises CaseError if no method can solve it: joints are wrong, or moving axles are the only live load.
     """
-    assembly = assemble(load(found.path))
+    assembly = assemble(load(scene.path))
     refuse_without_live_load(assembly)
-    return replace(found, warnings=sentences(warnings_of(assembly, None)))
+    return replace(scene, warnings=sentences(warnings_of(assembly, None)))
 
 
 def content_of(scene: Scene) -> str:
-    """Hash of what a scene's answer depends on, 12 hexadecimal digits. Keys at their defaults do not count: a
-    key that a later version adds changes no hash."""
-    return digest(scene.model_dump(exclude=_NAMING, exclude_defaults=True))[:12]
+    """Return a hash of the inputs on which the answer of a scene depends, 12 hexadecimal digits.
+
+    Keys with default values do not count, so that a new key of a later version changes no hash.
+    """
+    return digest(scene.model_dump(exclude=_DESCRIPTIVE, exclude_defaults=True))[:12]
 
 
 def _path(case: str | Path, folder: Path) -> Path:
+    """Return the path of a case file. Raises CaseError or OptionError unless exactly one file matches."""
     if not isinstance(case, str | Path):
         raise OptionError("compare takes case files, which each run reads: mo.save(scene, 'scene.toml')")
     path = Path(case)
@@ -110,44 +120,50 @@ def _path(case: str | Path, folder: Path) -> Path:
 
 @dataclass(frozen=True)
 class Pair:
-    """A method and the solver it runs with, at one tolerance (None: the method's or solver's own)."""
+    """Method with its modelling language, solver and tolerance."""
 
     method: str
     model: str
     solver: str
-    tolerance: float | None
+    tolerance: float | None  #: None for the tolerance of the method or of the solver
 
 
 @dataclass(frozen=True)
 class RunPlan:
-    """The pairs of a comparison; and method, model and solver of combinations that cannot be, and why."""
+    """Combinations of a comparison."""
 
     pairs: tuple[Pair, ...]
+    #: Method, model and solver of combinations that do not exist, and the reason.
     left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """The admissible combinations, by the registries METHODS and SOLVERS. A method with tolerances of its own
-    runs once, with its default solver if none of its solvers is named. Raises OptionError if a name is
-    unknown, a tolerance is out of range, or nothing is left to run."""
+    """Return the combinations that the registries of methods and solvers allow.
+
+    A method with tolerances of its own runs once; it runs with its default solver if none of its solvers is
+    named. Raises OptionError if a name is unknown, a tolerance is out of range, or no combination is left.
+    """
     named = {"method": (methods, METHODS), "model": (models, MODELS), "solver": (solvers, names())}
-    for what, (asked, known) in named.items():
-        if unknown := [name for name in asked if name not in known]:
-            raise OptionError(f"{what} '{unknown[0]}' is unknown; choose from: {', '.join(known)}")
+    for kind, (asked, known) in named.items():
+        unknown = [name for name in asked if name not in known]
+        if unknown:
+            raise OptionError(f"{kind} '{unknown[0]}' is unknown; choose from: {', '.join(known)}")
     for tolerance in tolerances:
-        find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
+        find_solver(LANGUAGES[0], None, tolerance)  # raises OptionError if the tolerance is out of range
     pairs: list[Pair] = []
     left_out: list[tuple[str, str, str, str]] = []
-    for combination in ((one, *rest) for one in methods for rest in _combinations(one, models, solvers)):
-        try:
-            how = HowToSolve(*combination)
-        except OptionError as error:
-            left_out.append((*combination, str(error)))
-            continue
-        takes_one = how.engine.entry.options and not how.chosen.own_tolerances
-        pairs += [Pair(*combination, t) for t in (tolerances if takes_one else [None])]
+    for method in methods:
+        for model, solver in _combinations(method, models, solvers):
+            try:
+                how = HowToSolve(method, model, solver)
+            except OptionError as error:
+                left_out.append((method, model, solver, str(error)))
+                continue
+            takes_tolerance = how.engine.entry.options and not how.chosen.own_tolerances
+            applied = tolerances if takes_tolerance else [None]
+            pairs += [Pair(method, model, solver, tolerance) for tolerance in applied]
     if not pairs:
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
@@ -155,48 +171,55 @@ def plan(
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Models and solvers as named; of a method with tolerances of its own, those it has."""
-    own = METHODS[method]
-    if not own.own_tolerances:
+    """Return the pairs of a model and a solver for a method.
+
+    A method with tolerances of its own has its own pairs. It uses those whose solver is named, or else its
+    first pair.
+    """
+    entry = METHODS[method]
+    if not entry.own_tolerances:
         return [*product(models, solvers)]
-    every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
-    return [pair for pair in every if pair[1] in solvers] or every[:1]
+    own_pairs = [(model, solver) for model, allowed in entry.solvers.items() for solver in allowed]
+    return [pair for pair in own_pairs if pair[1] in solvers] or own_pairs[:1]
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
-    """Solve a case file on one core; returns the columns that the result gives. A first solve of two blocks
-    is not timed: libraries load parts of themselves at the first use."""
-    _take_one_core()
-    # Without the incremental load factor: the time measured is the method's own.
-    chosen, own = asdict(pair) | {"expected": False}, METHODS[pair.method].options
-    limited = own and "time_limit" in own.model_fields
-    options: dict[str, Any] = {"time_limit": _OWN_LIMIT * time_limit} if limited else {}
+    """Solve a case file on one core, and return the columns of the result.
+
+    A first solve of two blocks is not timed, because libraries load some of their parts at the first use.
+    """
+    _use_one_core()
+    # The incremental load factor is switched off, so that only the method itself is timed.
+    chosen, option_model = asdict(pair) | {"incremental": False}, METHODS[pair.method].options
+    has_time_limit = option_model and "time_limit" in option_model.model_fields
+    options: dict[str, Any] = {"time_limit": _METHOD_TIME_SHARE * time_limit} if has_time_limit else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
-        # A solver that fails here fails again below, where it counts.
+        # A solver that fails here fails again in the timed solve, which reports the error.
         solve(case_folder() / _WARM_UP, **chosen)
     start = time.perf_counter()
     result = solve(path, **chosen, **options)
     wall = time.perf_counter() - start
-    told = result.as_dict()
-    told |= {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
-    told |= told["size"] | (told["certificate"] or {}) | {"wall": wall}
-    told["existence"] = (told["infeasibility"] or {}).get("existence", "")
-    return {name: told[name] for name in COLUMNS if name in told}
+    values = result.as_dict()
+    values |= {f"{part}_seconds": seconds for part, seconds in values["seconds"].items()}
+    values |= values["size"] | (values["certificate"] or {}) | {"wall": wall}
+    values["existence"] = (values["infeasibility"] or {}).get("existence", "")
+    return {name: values[name] for name in COLUMNS if name in values}
 
 
 def bound_scene(path: Path) -> dict[str, float]:
-    """Certified bounds of a case file's associative load factor (see ``certified_bounds``)."""
-    _take_one_core()
+    """Return certified bounds of the associative load factor of a case file; see ``certified_bounds``."""
+    _use_one_core()
     return asdict(certified_bounds(assemble(load(path)).problem))
 
 
-def _take_one_core() -> None:
+def _use_one_core() -> None:
+    """Restrict this process to one core, if the system can."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
-    """The row of a run, by COLUMNS."""
+    """Return the row of a run, with all COLUMNS, from its key and the end of its task."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
     row |= {"message": end.reason, "wall": end.seconds} | (end.value or {})
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}

@@ -1,1 +1,1 @@
-"""Axles that cross a bridge: the load factor by position, and the worst."""
+"""Axles that cross a bridge: the load factor by position, and the worst position."""

@@ -1,4 +1,4 @@
-"""``crossing``: the load factor of a scene as axles move over it, and their worst position."""
+"""Function ``crossing``: the load factor of a scene by the position of axles, and the worst position."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,6 +16,7 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
+from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles
@@ -23,8 +24,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import WITHIN, Crossing
 
-_LONGEST = 0.01  #: Longest range between two positions, as a share of the road.
-_Asked = str | Axles | Sequence[Axles] | None  #: The axles that are to cross, or their name.
+_LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, as a share of the road.
+_AxlesArgument = str | Axles | Sequence[Axles] | None  #: Axles that are to cross, or the name of a group.
 
 
 def crossing(
@@ -37,108 +38,161 @@ def crossing(
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Crossing:
-    """Move axles over a scene in the plane and find where the load factor is least.
+    """Move axles over a scene in the plane and find the position with the least load factor.
 
-    The axles press straight down; the load factor multiplies their loads, and whatever other live loads the
-    scene has. Those on the road count: a group may be partly beyond its ends. Over supports, and where the
-    road runs over nothing, an axle does nothing. A group that is not the same from behind crosses in both
-    directions, unless it says in which it ``travels``.
+    The load factor multiplies the vertical loads of the axles, and the other live loads of the scene. Axles
+    beyond the ends of the road have no load, nor have axles over supports or over empty space. A group of
+    axles that is not symmetric crosses in both directions, unless its ``travels`` names one.
 
-    With associative flow (methods "static" and "kinematic") the least is proven, also between positions (see
-    :func:`~.crossing.search.least_associative`). Other methods are asked where the associative load factor,
-    which none of their answers exceeds, says that λ may be least, which proves nothing (see
-    :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst solved by then.
+    With associative flow (methods "static" and "kinematic") the least load factor is proven, also between
+    the solved positions (see :func:`~.crossing.search.least_associative`). Other methods solve the positions
+    at which the associative load factor, an upper bound, suggests the least λ. That proves nothing (see
+    :func:`~.crossing.search.least_coulomb`). After Ctrl-C the worst position solved so far is returned.
 
-    Of a scene with load cases they cross in each whose ``live`` names "axles", at the same positions, and the
-    least governs. The load case that falls under its dead loads, if one does, is the answer.
-
-    Raises CaseError if the case file or scene is wrong, or has no axles, or no road, if the road runs through
-    a block, or over none that can move, if load cases leave axles out; OptionError if a method, an option
-    or the name of a group is wrong, or the scene's blocks are solids; KeyboardInterrupt if it was interrupted
-    before any position was solved.
+    If the scene has load cases, the axles cross in each load case whose ``live`` names "axles", at equal
+    positions, and the least load factor governs. If a load case is unstable under its dead loads, this load
+    case is the answer.
 
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    axles: A group, several, or the name of one of the scene's. Default: all of the scene's.
+    axles: A group of axles, a list of groups, or the name of a group of the scene. Default: all groups of
+        the scene.
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too. The
         incremental load factor is that of the worst position alone.
-    load_case: Name of the one load case in which they cross, where the scene has any (default: all that name
-        "axles", whose factor multiplies them, and what else is live beside them).
-    progress: Called with each position solved and its load factor (NaN without one).
-    phases: Called with a few words as each phase of the first solve begins, such as "finding joints".
+    load_case: Name of the only load case in which the axles cross. Default: all load cases that name
+        "axles". The factor of a load case multiplies the axles and the other live loads.
+    progress: Function called with each solved position and its load factor (NaN without one).
+    phases: Function called with a few words as each phase of the first solve begins: "finding joints", ...
+
+    Returns
+    -------
+    Crossing
+        The worst position with its result, and the load factors of all solved positions.
+
+    Raises
+    ------
+    CaseError
+        If the case file or the scene is wrong; if it has no axles or no road; if the road runs through a
+        block, or over no block that can move; if all load cases leave the axles out.
+    OptionError
+        If a method, an option or the name of a group is wrong, or if the blocks of the scene are solids.
+    KeyboardInterrupt
+        If the crossing was interrupted before any position was solved.
     """
     session = prepare(method, **options)
-    many = session.without_expected()
     scene = as_scene(scene, load_case)
-    scene.in_plane()  # which refuses solids
-    ways, left_out = _ways(scene, axles)
-    told = partial(Crossing, cases=tuple(one.case for one in ways[0] if one.case), left_out=left_out)
-    effort, moving = Effort(), dict[str | None, search.SolveLive]()
-    for first in ways[0]:
-        ends = np.array(first.pieces(_LONGEST * np.ptp(first.road.breaks)))
-        start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
-        result = session.solve(first.scene(start), lambda _: None, Effort(phases))
+    scene.in_plane()  # raises OptionError for solids
+    ways, left_out = _passages(scene, axles)
+    cases = tuple(passage.case for passage in ways[0] if passage.case)
+    answer = partial(Crossing, cases=cases, left_out=left_out)
+    effort = Effort()
+    programs: dict[str | None, search.SolveLive] = {}
+    for passage in ways[0]:
+        start = _first_loaded(passage)
+        result = session.solve(passage.scene(start), lambda _: None, Effort(phases))
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
-            return told(worst=result, passages=())
-        moving[first.case] = search.moving_load(first.loaded(first.live(start)).problem, effort)
-    crossed: list[search.PassageTrials] = []
-    interrupted, proves = False, session.method.associative
-    own = session.how.model is None and session.how.solver is None
+            return answer(worst=result, passages=())
+        programs[passage.case] = search.moving_load(passage.loaded(passage.live(start)).problem, effort)
+    all_trials, interrupted = _cross(session, ways, programs, effort, progress)
+    worst = min(all_trials, key=lambda trials: trials.least)
+    worst_scene = worst.passage.scene(worst.position)
+    default, no_default = None, ""
+    if session.method.associative and not interrupted:
+        default, no_default = _by_default_method(worst_scene)
+    try:
+        result = session.solve(worst_scene)
+    except KeyboardInterrupt:
+        interrupted = True
+        assembly = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=worst_scene)
+        result = session.result(assembly, worst.answers[worst.position], effort)
+    return answer(
+        worst=result,
+        passages=tuple(all_trials),
+        default=default,
+        no_default=no_default,
+        interrupted=interrupted,
+    )
+
+
+def _first_loaded(passage: search.Passage) -> float:
+    """Return a position at which an axle loads a block that can move."""
+    ranges = np.array(passage.pieces(_longest_range(passage)))
+    return next(x for x in (*ranges.mean(axis=1), *ranges.ravel()) if passage.carried(x))
+
+
+def _longest_range(passage: search.Passage) -> float:
+    """Return the largest distance between two solved positions of a passage."""
+    return float(_LONGEST_RANGE * np.ptp(passage.road.breaks))
+
+
+def _cross(
+    session: Session,
+    ways: list[list[search.Passage]],
+    programs: dict[str | None, search.SolveLive],
+    effort: Effort,
+    progress: Callable[[float, float], None],
+) -> tuple[list[search.PassageTrials], bool]:
+    """Search every passage for its least load factor; return the answers, and True if interrupted.
+
+    ``programs`` are those of the associative load factor by load case. Raises KeyboardInterrupt if no
+    position was solved.
+    """
+    many = session.without_incremental()
+    all_trials: list[search.PassageTrials] = []
+    interrupted, associative = False, session.method.associative
+    default_solver = session.how.model is None and session.how.solver is None
     try:
         for way in ways:
             for passage in way:
-                associative = moving[passage.case]
-                plain = own and proves and not len(passage.assembly.problem.crushing)
-                solve = associative if plain else _solve(many, passage, effort)
-                beside = None if proves else search.PassageTrials(passage, associative)
-                crossed.append(search.PassageTrials(passage, solve, progress, beside))
-                longest = _LONGEST * np.ptp(passage.road.breaks)
-                search.least_associative(crossed[-1].associative, longest, WITHIN)
-            together = crossed[-len(way) :]
-            _at_the_same([one.associative for one in together])
-            if not proves:
-                for one in together:
-                    search.least_coulomb(one, WITHIN)
-                _at_the_same(together)
+                program = programs[passage.case]
+                # The compiled program is the method itself, unless joints crush or a solver was chosen.
+                is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
+                solve = program if is_program else _solve(many, passage, effort)
+                bounds = None if associative else search.PassageTrials(passage, program)
+                all_trials.append(search.PassageTrials(passage, solve, progress, bounds))
+                search.least_associative(all_trials[-1].associative, _longest_range(passage), WITHIN)
+            by_case = all_trials[-len(way) :]
+            _solve_equal_positions([trials.associative for trials in by_case])
+            if not associative:
+                for trials in by_case:
+                    search.least_coulomb(trials, WITHIN)
+                _solve_equal_positions(by_case)
     except KeyboardInterrupt:
         interrupted = True
-    crossed = [trials.ended() for trials in crossed if trials.answers]
-    if not crossed:
+    all_trials = [trials.ended() for trials in all_trials if trials.answers]
+    if not all_trials:
         raise KeyboardInterrupt
-    worst = min(crossed, key=lambda one: one.least)
-    at_worst = worst.passage.scene(worst.position)
-    default, no_default = None, ""
-    if proves and not interrupted:
-        try:
-            default = prepare(DEFAULT).without_expected().solve(at_worst)
-        except (KeyboardInterrupt, MasonryError) as error:
-            no_default = str(error) or "interrupted"
+    return all_trials, interrupted
+
+
+def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
+    """Return the result of the default method, and "", or None and the reason why there is none."""
     try:
-        result = session.solve(at_worst)
-    except KeyboardInterrupt:
-        interrupted = True
-        known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
-        result = session.result(known, worst.answers[worst.position], effort)
-    told = partial(told, default=default, no_default=no_default, interrupted=interrupted)
-    return told(worst=result, passages=tuple(crossed))
+        return prepare(DEFAULT).without_incremental().solve(scene), ""
+    except (KeyboardInterrupt, MasonryError) as error:
+        return None, str(error) or "interrupted"
 
 
-def _at_the_same(together: list[search.PassageTrials]) -> None:
-    """Solve each load case at the positions of all of them."""
-    for position in sorted({position for one in together for position in one.answers}):
-        for one in together:
-            one.at(position)
+def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
+    """Solve the passage of each load case at the positions of all load cases."""
+    for position in sorted({position for trials in by_case for position in trials.answers}):
+        for trials in by_case:
+            trials.at(position)
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """The method itself, on the scene's own matrices."""
+    """Return a function that solves a passage by the method of the session for a live load."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
-    """Groups in the directions in which they travel, by load case; names of those that leave axles out."""
+def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
+    """Return the passages, and the names of the load cases that leave the axles out.
+
+    The passages are lists: one list for each group and direction, with one passage for each load case.
+    Raises CaseError if the scene cannot be crossed.
+    """
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
     if scene.earthquake:
@@ -147,20 +201,22 @@ def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[search.Passage]], tupl
     bare = scene.replace(axles=[])
     cases = [scene.load_case] if scene.load_case else scene.load_cases
     scenes = [bare.with_load_case(case) for case in cases] or [bare]
-    inside = [one for one in scenes if one.factor_of_axles]
-    if not inside:
+    crossed = [case_scene for case_scene in scenes if case_scene.factor_of_axles]
+    if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
         raise CaseError(f"{scene.origin}: load case {named}: give one 'live = {{ axles = 1 }}'")
-    assembly = assemble(inside[0])
-    assemblies = [on_matrices_of(assembly, one) or assemble(one) for one in inside]
+    first = assemble(crossed[0])
+    assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
     for group in groups:
-        road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
-        ways += [[search.Passage(group, way, one, road) for one in assemblies] for way in group.directions]
+        road = Road(scene, first.geometry, _line(scene, group), f"the road of axles '{group.name}'")
+        for direction in group.directions:
+            ways.append([search.Passage(group, direction, assembly, road) for assembly in assemblies])
     return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
 
 
-def _groups(scene: Scene, axles: _Asked) -> list[Axles]:
+def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
+    """Return the groups of axles that are to cross. Raises CaseError if there are none."""
     if isinstance(axles, str):
         named = [group for group in scene.axles if group.name == axles]
         if not named:
@@ -176,7 +232,7 @@ def _groups(scene: Scene, axles: _Asked) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """The group's own road, else that of the scene's fills."""
+    """Return the points of the road of a group: its own road, or the road of the fills of the scene."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

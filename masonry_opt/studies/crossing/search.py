@@ -1,4 +1,8 @@
-"""A group of axles on its way over a road, and where the load factor is least: proven, or sought."""
+"""Axles that move over a road, and the search for the position with the least load factor.
+
+``least_associative`` proves a lower bound of the associative load factor along the whole road.
+``least_coulomb`` searches with other methods, and proves nothing.
+"""
 
 import math
 from collections.abc import Callable
@@ -26,19 +30,28 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-SolveLive = Callable[[np.ndarray], Solution]  #: The answer under a live load, shape (3b,).
-_BESIDE = 1e-9  #: Share of the road beside a break, at which loads may jump, where they are taken instead.
-_ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
-_FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
-_FIRST = 25  #: Positions at which a Coulomb method is asked first.
-#: How much less its share of the associative λ may be between two of these, beside half of their difference.
-_MARGIN = 0.005
-_ROUNDS = 10  #: Of halving beside the least.
+SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answer under a live load, (3b,).
+#: Distance from a break of the road, over the length of the road, at which loads are evaluated. At the break
+#: itself loads may jump.
+_BREAK_DISTANCE = 1e-9
+#: Loads below this share of the largest entry of the live load are rounding errors.
+_LOAD_TOLERANCE = 1e-7
+#: Shortest range of positions, over the length of all ranges, that is still halved.
+_SHORTEST_RANGE = 1e-4
+#: Number of positions at which a Coulomb method is solved first. More positions miss fewer minima.
+_FIRST_POSITIONS = 25
+#: Safety margin on the ratio λ / λ_associative between two solved positions, in addition to half of the
+#: difference of their ratios. A larger margin solves more positions.
+_RATIO_MARGIN = 0.005
+#: Largest number of halvings next to the least load factor.
+_MOST_HALVINGS = 10
+#: Halving goes on while the least load factor falls by more than this share of the tolerance.
+_PROGRESS_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A group of axles that travels over a road in one direction. Its position is that of its first axle."""
+    """Group of axles that travels over a road in one direction; its position is that of its first axle."""
 
     axles: Axles
     direction: TravelDirection
@@ -47,23 +60,27 @@ class Passage:
 
     @property
     def case(self) -> str | None:
-        """Name of the load case, of a scene that has any."""
+        """Name of the load case; None if the scene has no load cases."""
         case = self.assembly.scene.load_case
         return case.name if case else None
 
     @property
     def across(self) -> float:
-        """Share of the loads that the scene carries."""
+        """Share of the loads that the scene carries: its thickness over the effective width."""
         return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        """Abscissae of the axles from the position, shape (axles,)."""
+        """Abscissae of the axles relative to the position, shape (axles,)."""
         behind = np.cumsum([0.0, *self.axles.group.distances])
         return -behind if self.direction == "right" else behind
 
     def live(self, position: float) -> np.ndarray:
-        """Live load f_L of axles, by their load case's factor, and of what else is live, shape (3b,)."""
+        """Return the live load f_L with the axles at a position, shape (3b,).
+
+        The loads of the axles are multiplied by the factor of their load case, and added to the other live
+        loads of the scene.
+        """
         problem, movable = self.assembly.problem, self.assembly.movable
         factor = self.assembly.scene.factor_of_axles
         forces = factor * self._on_blocks(position)[movable] / problem.force_unit
@@ -71,64 +88,74 @@ class Passage:
         return problem.live + forces.ravel()
 
     def loaded(self, live: np.ndarray) -> Assembly:
-        """The assembly with that live load."""
+        """Return the assembly with another live load, shape (3b,)."""
         return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
     def scene(self, position: float) -> Scene:
-        """The scene with the axles there as loads of its blocks, one a block, and none that move."""
+        """Return the scene without axles, but with their loads at a position as live loads of its blocks."""
         scene, shapes = self.assembly.scene, self.assembly.geometry
         loads, group = list(scene.loads), None
-        changed: dict[str, Any] = {"loads": loads, "axles": []}
-        if (case := scene.load_case) is not None:
+        fields: dict[str, Any] = {"loads": loads, "axles": []}
+        case = scene.load_case
+        if case is not None:
             group = f"axles '{self.axles.name}'"
             live = {name: factor for name, factor in case.live.items() if name != "axles"}
             case = case.replace(live=live | {group: scene.factor_of_axles})
-            changed["load_cases"] = [case if one.name == case.name else one for one in scene.load_cases]
+            fields["load_cases"] = [case if other.name == case.name else other for other in scene.load_cases]
         forces = self._on_blocks(position)
         for block in np.flatnonzero(forces[:, 1]):
             _, down, moment = forces[block]
+            # The load acts on its vertical line of action, at the top of the block.
             x = shapes.centroid[block, 0] + moment / down
             _, low, _, high = shapes.polygons[block].bounds
             line = shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
-            met = shapely.intersection(shapes.polygons[block], line)
-            at = np.array([x, high if met.is_empty else met.bounds[3]]) + shapes.origin
-            where = {"block": scene.blocks[block].name, "at": tuple(map(float, at))}
-            loads.append(Load(**where, live=(0.0, float(down)), group=group))
-        return scene.replace(**changed).read_from(scene.called).with_load_case(case)
+            section = shapely.intersection(shapes.polygons[block], line)
+            point = np.array([x, high if section.is_empty else section.bounds[3]]) + shapes.origin
+            target = {"block": scene.blocks[block].name, "at": tuple(map(float, point))}
+            loads.append(Load(**target, live=(0.0, float(down)), group=group))
+        return scene.replace(**fields).read_from(scene.called).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
-        """Ranges in which loads do not jump and some axle is on a movable block, from left to right."""
-        beside = _BESIDE * float(np.ptp(self.road.breaks))
+        """Return ranges of positions, from left to right, within which the loads of blocks do not jump.
+
+        The ranges are at most ``longest`` long. In each of them an axle loads a block that can move.
+        """
+        gap = _BREAK_DISTANCE * float(np.ptp(self.road.breaks))
         breaks = np.unique(self.road.breaks[:, None] - self.offsets)
-        found: list[tuple[float, float]] = []
-        for start, end in zip(breaks[:-1] + beside, breaks[1:] - beside, strict=True):
-            if end - start > beside:
-                found += pairwise(np.linspace(start, end, 1 + int(np.ceil((end - start) / longest))).tolist())
-        return [ends for ends in found if any(self.carried(x) for x in (*ends, sum(ends) / 2))]
+        ranges: list[tuple[float, float]] = []
+        for start, end in zip(breaks[:-1] + gap, breaks[1:] - gap, strict=True):
+            if end - start > gap:
+                points = np.linspace(start, end, 1 + int(np.ceil((end - start) / longest)))
+                ranges += pairwise(points.tolist())
+        return [ends for ends in ranges if any(self.carried(x) for x in (*ends, sum(ends) / 2))]
 
     def carried(self, position: float) -> bool:
-        """Whether any axle there loads a block that can move."""
+        """Return True if an axle loads a block that can move."""
         return bool(self._on_blocks(position).any())
 
     def _on_blocks(self, position: float) -> np.ndarray:
+        """Return the force and moment of the axles on every block, shape (blocks, 3)."""
         return self.road.on_blocks(position + self.offsets, self.across * np.array(self.axles.group.loads))
 
 
 def load_factor(answer: Solution) -> float:
-    """λ; infinite where any load is carried, NaN where nothing is decided."""
+    """Return λ of an answer; inf if any load is carried, NaN if nothing is decided."""
     if answer.load_factor is not None:
         return answer.load_factor
     return math.inf if answer.carries_any_load else math.nan
 
 
 def moving_load(problem: Problem, effort: Effort) -> SolveLive:
-    """Eq. (9) of a scene that stands, compiled once: a new live load changes the column of λ alone."""
+    """Return a function that solves eq. (9) of a stable scene for any live load.
+
+    The program is compiled once; another live load changes only the column of λ.
+    """
     scaled = in_units_of_load(problem)
     model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
     def solved(live: np.ndarray) -> Solution:
-        """The associative answer under a live load, shape (3b,), certified by itself."""
+        """Return the associative answer under a live load, shape (3b,), with its own certificate."""
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
@@ -140,29 +167,34 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
-            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)  # it stands: it has a state, at λ = 0
+            # The scene is stable, so that λ = 0 is feasible and the program must be unbounded.
+            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
 
     return solved
 
 
-#: Of a position where no axle loads a block that can move.
+#: Answer for a position at which no axle loads a block that can move.
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
 @dataclass(eq=False)
 class PassageTrials:
-    """A passage and its answers, each position solved once; whoever is interrupted finds them here."""
+    """Answers of one method at positions of a passage; each position is solved once.
+
+    An interrupted search leaves its answers here.
+    """
 
     passage: Passage
-    solve: SolveLive | None = field(repr=False)  #: None once all are solved (see :meth:`ended`)
+    solve: SolveLive | None = field(repr=False)  #: None after the search (see :meth:`ended`)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
-    beside: "PassageTrials | None" = field(default=None, repr=False)  #: of associative flow, if these are not
-    bound: float | None = None  #: what λ is nowhere below, proven; or None
-    answers: dict[float, Solution] = field(default_factory=dict, repr=False)
+    #: Associative answers of the passage, if these are the answers of another method; else None.
+    beside: "PassageTrials | None" = field(default=None, repr=False)
+    bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
+    answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """λ at a position."""
+        """Return λ at a position, solved at the first call; inf or NaN as in ``load_factor``."""
         if position not in self.answers:
             live = self.passage.live(position)
             self.answers[position] = self.of(live) if live.any() else _UNLOADED
@@ -171,140 +203,188 @@ class PassageTrials:
         return load_factor(self.answers[position])
 
     def of(self, live: np.ndarray) -> Solution:
-        """The answer under a live load, which is not kept."""
+        """Return the answer under a live load, shape (3b,), without recording it."""
         assert self.solve is not None
         return self.solve(live)
 
     def ended(self) -> "PassageTrials":
-        """The same without programs, which cannot be sent between processes."""
+        """Return a copy without compiled programs, which cannot be sent between processes."""
         return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
 
     @property
     def positions(self) -> np.ndarray:
-        """Those solved, from left to right."""
+        """Solved positions from left to right, shape (n,)."""
         return np.array(sorted(self.answers))
 
     @property
     def load_factors(self) -> np.ndarray:
-        """λ at these."""
+        """λ at the solved positions, shape (n,)."""
         return np.array([self.at(position) for position in self.positions])
 
     @property
     def associative(self) -> "PassageTrials":
+        """Return the trials of this crossing with associative flow."""
         return self.beside or self
 
     @property
     def resolution(self) -> float:
-        """The larger distance to the next positions solved on either side, none across a jump."""
-        aside = self.positions - self.position
-        aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
-        sides = aside[aside < 0], aside[aside > 0]
+        """Distance of the worst position from the next solved position, the larger one of both sides.
+
+        Positions on the other side of a jump of the loads are not counted: they nearly coincide with it.
+        """
+        distances = self.positions - self.position
+        distances = distances[np.abs(distances) > _SHORTEST_RANGE**2 * np.ptp(self.positions)]
+        sides = distances[distances < 0], distances[distances > 0]
         return max((float(np.abs(side).min()) for side in sides if len(side)), default=0.0)
 
     @property
     def least(self) -> float:
-        """The least load factor; infinite without one."""
+        """Least load factor; inf if no position has one."""
         return float(np.nanmin([*self.load_factors, math.inf]))
 
     @property
     def position(self) -> float:
-        """Where it is least, the first of several with an axle on a block that can move."""
+        """Position with the least load factor.
+
+        Without a load factor it is the first position at which an axle is on a block that can move.
+        """
         if math.isfinite(self.least):
             return float(self.positions[np.nanargmin(self.load_factors)])
         return next(filter(self.passage.carried, sorted(self.answers)), min(self.answers))
 
 
 def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
-    """Look for the least associative load factor of a passage, and a bound no farther below it than
-    ``within`` (relative), where there is one; positions solved are no farther apart than ``longest``.
+    """Solve for the least associative load factor of a passage, and set a proven lower bound of it.
 
-    Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
-    lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
-    therefore nowhere less than at the lesser end. Where they follow a parabola, they are means of the loads
-    at both ends and of a third, where the tangents of the ends meet; λ of that is solved for too. What loads
-    that spread leave of a parabola is a load itself: of sums of loads 1/λ is at most the sum, and it is taken
-    as twice what it is at a quarter of the range. Ranges whose least may be too low are halved; not those of
-    which a load has no answer, next to which there may be none either: then nothing is proven.
+    The method is branch and bound over ranges of positions. It relies on convexity: the loads that a stable
+    scene carries form a convex set that contains zero. The reciprocal 1/λ is the gauge of this set, and
+    therefore a convex function of the load that satisfies 1/λ(a + b) ≤ 1/λ(a) + 1/λ(b). Within a range:
+
+    - If the loads follow a straight line, 1/λ is at most the greater value at both ends.
+    - If the loads follow a parabola, they are convex combinations of three loads: those at both ends, and the
+      load at which the tangents of the ends intersect. λ is solved for the third load too.
+    - Loads that spread through fill deviate from a parabola. The deviation is a load of its own, and twice
+      its 1/λ at a quarter of the range is added.
+
+    A range whose bound is too low is halved. A range is not halved if one of its loads has no answer, because
+    its parts may have no answer either; nothing is proven then.
+
+    Parameters
+    ----------
+    solved: Associative answers of the passage. Its ``bound`` is set, or None if nothing is proven.
+    longest: Largest distance between solved positions.
+    within: Relative distance of the bound from the least load factor.
     """
     ranges = [(_needed(solved, *ends), *ends) for ends in solved.passage.pieces(longest)]
-    finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
-    done = []
+    shortest = _SHORTEST_RANGE * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
+    bounds = []
     while ranges:
         greatest = max(map(_inverse, solved.load_factors))
-        open_ = [one for one in ranges if one[0] > greatest * (1 + within) and one[2] - one[1] > finest]
-        done += [one[0] for one in ranges if one not in open_]
-        halves = [(start, (start + end) / 2, end) for _, start, end in open_]
-        ranges = [(_needed(solved, *ends), *ends) for three in halves for ends in pairwise(three)]
-    most = float(np.max(done, initial=0.0))  # NaN where any is
-    solved.bound = 1 / most if 0 < most < math.inf else None
+        halves: list[tuple[float, float]] = []
+        for inverse, start, end in ranges:
+            if inverse > greatest * (1 + within) and end - start > shortest:
+                middle = (start + end) / 2
+                halves += [(start, middle), (middle, end)]
+            else:
+                bounds.append(inverse)
+        ranges = [(_needed(solved, *ends), *ends) for ends in halves]
+    greatest_inverse = float(np.max(bounds, initial=0.0))  # NaN if any bound is NaN
+    solved.bound = 1 / greatest_inverse if 0 < greatest_inverse < math.inf else None
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
+    """Return an upper bound of 1/λ between two positions; NaN if one of its loads has no answer.
+
+    The bound is explained in :func:`least_associative`.
+    """
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
-    corner, mean = 2 * middle - (first + last) / 2, (first + last) / 2
-    off = quarter - (9 * first + 6 * corner + last) / 16
-    scale = _ROUNDING * np.abs(middle).max()
-    found = [solved.at(start), solved.at(end)]
-    if np.abs(corner - mean).max() > scale:
-        found.append(load_factor(solved.of(corner)))
-    beside = load_factor(solved.of(off)) if np.abs(off).max() > scale else math.inf
-    if any(math.isnan(one) for one in (*found, beside)):
+    mean = (first + last) / 2
+    corner = 2 * middle - mean  # intersection of the tangents, if the loads follow a parabola
+    deviation = quarter - (9 * first + 6 * corner + last) / 16
+    rounding = _LOAD_TOLERANCE * np.abs(middle).max()
+    load_factors = [solved.at(start), solved.at(end)]
+    if np.abs(corner - mean).max() > rounding:
+        load_factors.append(load_factor(solved.of(corner)))
+    of_deviation = load_factor(solved.of(deviation)) if np.abs(deviation).max() > rounding else math.inf
+    if any(math.isnan(value) for value in (*load_factors, of_deviation)):
         return math.nan
-    return max(_inverse(one) for one in found) + 2 * _inverse(beside)
+    return max(map(_inverse, load_factors)) + 2 * _inverse(of_deviation)
 
 
-def _inverse(known: float) -> float:
-    """1/λ; 0 where λ is unknown or infinite."""
-    return 1 / max(known, 1e-300) if math.isfinite(known) else 0.0
+def _inverse(load_factor: float) -> float:
+    """Return 1/λ; 0 if λ is unknown or infinite."""
+    return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Look for the least load factor of a method that nothing bounds from below. It is asked at a few
-    positions, then wherever it could be least if its share of the associative load factor, known at all, were
-    between two of them little less than at both; last beside the least. That is no proof."""
-    at, most = solved.associative.positions, solved.associative.load_factors
-    first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
-    if np.isfinite(most).any():
-        first.add(int(np.nanargmin(most)))
+    """Search for the least load factor of a method that has no lower bound between positions.
+
+    The associative load factors of the passage must be known; they are upper bounds. The search proves
+    nothing:
+
+    1. Solve a few evenly spread positions, and the position with the least associative load factor.
+    2. Estimate λ at all other positions from the ratio λ / λ_associative of their solved neighbours. Solve
+       the position with the lowest estimate as long as this estimate is below the least λ found.
+    3. Halve the distances on both sides of the least λ.
+
+    Parameters
+    ----------
+    solved: Answers of the method, to which the search adds.
+    within: Relative tolerance of the least load factor.
+    """
+    at, associative = solved.associative.positions, solved.associative.load_factors
+    spread = np.linspace(0, len(at) - 1, min(_FIRST_POSITIONS, len(at))).round().astype(int)
+    first = {*spread.tolist()}
+    if np.isfinite(associative).any():
+        first.add(int(np.nanargmin(associative)))
     for index in sorted(first):
         solved.at(float(at[index]))
     while True:
-        found = pd.Series({x: solved.at(x) for x in solved.answers}).reindex(at).to_numpy()
-        may_be = (1 - _MARGIN) * _estimates(most, found)
-        may_be[np.isin(at, [*solved.answers])] = math.inf
-        index = int(np.argmin(may_be))
-        if may_be[index] >= np.nanmin(found, initial=math.inf):
+        load_factors = pd.Series({x: solved.at(x) for x in solved.answers}).reindex(at).to_numpy()
+        estimates = (1 - _RATIO_MARGIN) * _estimates(associative, load_factors)
+        estimates[np.isin(at, [*solved.answers])] = math.inf
+        index = int(np.argmin(estimates))
+        if estimates[index] >= np.nanmin(load_factors, initial=math.inf):
             break
         solved.at(float(at[index]))
     _halve(solved, at, within)
 
 
-def _estimates(most: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """λ at each position if it has the lesser share of the associative one, ``most``, that its neighbours of
-    known λ, ``found``, have, less half of what theirs differ."""
-    of, finite = pd.Series(most), np.isfinite(most)
-    known = pd.DataFrame({"own": found})
-    known["share"] = (known["own"] / of).where(finite & (most > 0), 1.0).where(known["own"].notna())
+def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
+    """Return pessimistic estimates of λ at all positions, shape (n,).
+
+    An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
+    solved neighbours, reduced by half of the difference of both ratios. Where any load is carried with
+    associative flow, the estimate is the lesser λ of the neighbours.
+
+    Parameters
+    ----------
+    associative: Associative load factors, shape (n,).
+    load_factors: Known load factors, shape (n,); NaN at positions that are not solved.
+    """
+    upper, finite = pd.Series(associative), np.isfinite(associative)
+    known = pd.DataFrame({"own": load_factors})
+    ratio = (known["own"] / upper).where(finite & (associative > 0), 1.0)
+    known["ratio"] = ratio.where(known["own"].notna())
     left, right = known.ffill().bfill(), known.bfill().ffill()
     lesser = np.minimum(left, right)
-    share = lesser["share"] - (left["share"] - right["share"]).abs() / 2
-    # Where associative flow carries any load, the neighbours' own.
-    may_be = (of * share.clip(upper=1.0)).where(finite, lesser["own"])
-    return may_be.fillna(math.inf).to_numpy()
+    ratio = lesser["ratio"] - (left["ratio"] - right["ratio"]).abs() / 2
+    estimates = (upper * ratio.clip(upper=1.0)).where(finite, lesser["own"])
+    return estimates.fillna(math.inf).to_numpy()
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Ask between the least and the positions beside it, while that finds less."""
-    for _ in range(_ROUNDS):
-        decided = {x: found for x in solved.answers if math.isfinite(found := solved.at(x))}
+    """Solve halfway between the worst position and its neighbours, as long as λ falls noticeably."""
+    for _ in range(_MOST_HALVINGS):
+        load_factors = {x: solved.at(x) for x in solved.answers}
+        decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}
         if not decided:
             return
-        best = min(decided, key=decided.__getitem__)
-        beside = np.union1d(at, [*solved.answers])
-        index = int(np.searchsorted(beside, best))
-        near = beside[max(index - 1, 0) : index + 2].tolist()
-        lower = [solved.at((best + x) / 2) for x in near if x != best]
-        if not any(value < decided[best] * (1 - within / 10) for value in lower):
+        worst = min(decided, key=decided.__getitem__)
+        positions = np.union1d(at, [*solved.answers])
+        index = int(np.searchsorted(positions, worst))
+        neighbours = positions[max(index - 1, 0) : index + 2].tolist()
+        halfway = [solved.at((worst + x) / 2) for x in neighbours if x != worst]
+        if not any(value < decided[worst] * (1 - _PROGRESS_SHARE * within) for value in halfway):
             return

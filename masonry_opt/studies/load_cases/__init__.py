@@ -1,1 +1,1 @@
-"""A scene under several live loads: its load cases, and earthquakes from all sides."""
+"""Scenes under several live loads: load cases, and earthquakes from all sides."""

@@ -1,4 +1,4 @@
-"""All load cases of a scene, and which of them governs; earthquakes from all sides in place of them."""
+"""Functions ``solve_cases`` and ``directions``: all load cases of a scene, or earthquakes from all sides."""
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,10 +29,14 @@ from masonry_opt.words.load_factors import INCREMENTAL, factor_text, named_facto
 from masonry_opt.words.names import warning_lines
 from masonry_opt.words.terminal import frame_text
 
-_BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
-COLUMNS = ("load_factor", "status", "expected", "associative", "exact")  #: What a table says of results.
-_APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
-EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
+_BAR_HEIGHT = 0.09  #: Height of a bar, over the width of the axes.
+_MOST_LETTERS = 24  #: Largest number of letters of a name next to a bar.
+#: Columns of the table that are attributes of the results.
+COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
+#: Other load factors are drawn only if they differ from λ by more than this.
+_VISIBLE_DIFFERENCE = 1e-4
+EVERY = 15.0  #: Default angle between directions in plan, in degrees.
+_MOST_DIRECTIONS = 3600  #: Largest number of directions.
 
 
 def _bar_label(result: Result) -> str:
@@ -42,19 +46,13 @@ def _bar_label(result: Result) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Cases(StudyAnswer):
-    """The load cases of a scene, solved.
+    """Results of all load cases of a scene.
 
     Attributes
     ----------
-    results: :class:`Result` of each, by its name.
-    table: one row a case: ``load_case``, ``live`` (what λ scales), ``load_factor`` (NaN without one),
-        ``status``, ``expected``, ``associative``, ``exact``.
-    governing: name of the first case that falls under its dead loads, else of that with the least load
-        factor; None where there is neither.
-    usable: whether all have a load factor.
-    left_out: names of cases in which axles alone are live, which only :func:`~masonry_opt.crossing` answers.
-    summary: what ``print`` shows: the table, and the summary of the governing case.
-    details: the table, and the details of every case.
+    results: :class:`Result` of each load case, by its name.
+    left_out: Names of the load cases with no live load but axles, which :func:`~masonry_opt.crossing`
+        answers.
     """
 
     results: Mapping[str, Result]
@@ -64,87 +62,108 @@ class Cases(StudyAnswer):
     def __str__(self) -> str:
         return self.summary
 
-    def _apart(self, result: Result) -> dict[str, Any]:
-        """What tells a result from the others, by column."""
+    def _identity(self, result: Result) -> dict[str, Any]:
+        """Return the columns that distinguish a result from the others."""
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     @property
     def table(self) -> pd.DataFrame:
-        results = self.results.values()
-        rows = [self._apart(of) | {name: getattr(of, name) for name in COLUMNS} for of in results]
-        numbers = dict.fromkeys(("load_factor", "expected", "associative"), "float64")
+        """Table of the load cases, one row each.
+
+        The columns are ``load_case``, ``live`` (the loads that λ multiplies), ``load_factor`` (NaN without
+        one), ``status``, ``incremental``, ``associative`` and ``exact``.
+        """
+        rows = [
+            self._identity(result) | {name: getattr(result, name) for name in COLUMNS}
+            for result in self.results.values()
+        ]
+        numbers = dict.fromkeys(("load_factor", "incremental", "associative"), "float64")
         return pd.DataFrame(rows).astype(numbers | {"status": "str"})
 
     told = table
 
     @cached_property
     def governing(self) -> str | None:
-        # No load factor is below zero: what falls comes first; of those alike but for rounding the first.
-        falls = self.table["status"] == str(Status.UNSTABLE)
-        least = at_least(self.table[["load_factor"]].mask(falls, -1.0))
+        """Name of the first load case that is unstable, else of that with the least load factor.
+
+        It is None if no load case is unstable and none has a load factor. Of load factors that differ by
+        rounding errors the first governs.
+        """
+        unstable = self.table["status"] == str(Status.UNSTABLE)
+        # No load factor is negative: −1 puts unstable load cases before all others.
+        least = at_least(self.table[["load_factor"]].mask(unstable, -1.0))
         return next(itertools.compress(self.results, least), None)
 
     @property
     def usable(self) -> bool:
+        """True if all load cases have a usable load factor."""
         return all(result.usable for result in self.results.values())
 
     @property
     def to_draw(self) -> Result:
-        """The governing result; where none governs, the first."""
+        """Governing result; the first result if none governs."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings of all results, each once."""
         return distinct_warnings(list(self.results.values()))
 
     @property
     def summary(self) -> str:
+        """Printed text: the table, and the summary of the governing load case."""
         shown = [self.to_draw] if self.governing else []
-        # The summary of the governing result has printed its own warnings already.
+        # The summary of the governing result already contains its own warnings.
         printed = {sentence for result in shown for sentence in result.warning_sentences}
         others = [sentence for sentence in self.warning_sentences if sentence not in printed]
-        told = self._told([result.summary for result in shown])
-        return printable("\n".join([told, *warning_lines(others)]))
+        text = self._with_table([result.summary for result in shown])
+        return printable("\n".join([text, *warning_lines(others)]))
 
     @property
     def details(self) -> str:
-        return self._told([result.details for result in self.results.values()])
+        """Printed text: the table, and the details of every load case."""
+        return self._with_table([result.details for result in self.results.values()])
 
     def _said(self) -> str:
-        of = self.to_draw
-        governs = f"'{self.governing}' governs: {named_factor(of)}" if self.governing else "none governs"
+        """Return the heading of printed text: the case, and the governing load case."""
+        drawn = self.to_draw
+        governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
             governs += f"\nleft out: {', '.join(map(repr, self.left_out))}, for axles move: see 'crossing'"
-        return printable(f"{of.case}: {counted(len(self.results), self.what)}\n{governs}")
+        return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
-    def _told(self, results: Iterable[str]) -> str:
-        table = frame_text(self.table.rename(columns={"expected": INCREMENTAL}), "").strip("\n")
+    def _with_table(self, results: Iterable[str]) -> str:
+        """Return the heading, the table and the texts of results, with blank lines between."""
+        table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
         return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
-        of = self.to_draw
-        load_factor = of.load_factor if self.governing else None
-        told: dict[str, Any] = {"case": of.case, "governing": self.governing, "load_factor": load_factor}
+        """Return all results as plain numbers, strings, lists and dictionaries."""
+        load_factor = self.to_draw.load_factor if self.governing else None
+        result: dict[str, Any] = {"case": self.to_draw.case, "governing": self.governing}
+        result["load_factor"] = load_factor
         if self.left_out:
-            told["left_out"] = list(self.left_out)
-        told["warnings"] = self.warning_records
-        return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
+            result["left_out"] = list(self.left_out)
+        result["warnings"] = self.warning_records
+        return result | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property
     def _heading(self) -> str:
+        """Heading of a picture."""
         if not self.governing:
             return "no load factor"
         return f"governing {named_factor(self.to_draw)}, {self.governing}"
 
     def plot(self) -> Picture:
-        """Draw load factors as bars, from the top down, the governing one marked."""
-        names = [name if len(name) <= _LETTERS else f"{name[: _LETTERS - 1]}…" for name in self.results]
+        """Return a picture of the load factors as bars, from the top down; the governing bar is coloured."""
+        longest = _MOST_LETTERS
+        names = [name if len(name) <= longest else f"{name[: longest - 1]}…" for name in self.results]
         values = [result.load_factor or 0.0 for result in self.results.values()]
         colours = [VERMILION if name == self.governing else AT_REST for name in self.results]
         with style():
-            made = Picture()
-            axes = made.add_subplot()
-            axes.set_box_aspect(_BAR * (len(names) + 1))
+            picture = Picture()
+            axes = picture.add_subplot()
+            axes.set_box_aspect(_BAR_HEIGHT * (len(names) + 1))
             bars = axes.barh(range(len(values)), values, color=colours, height=0.6)
             axes.bar_label(bars, [*map(_bar_label, self.results.values())], padding=4, fontsize=8)
             axes.set_yticks(range(len(names)), [*map(printable, names)], fontsize=8, parse_math=False)
@@ -152,74 +171,86 @@ class Cases(StudyAnswer):
             axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
             axes.set_xlabel("load factor λ")
             entitle(axes, title_of(self.to_draw.assembly.scene.with_load_case(None)), self._heading)
-            finish(made, axes, [])
-        return made
+            finish(picture, axes, [])
+        return picture
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write that picture (.png, .svg, .pdf); raises as :meth:`Result.save`."""
+        """Write the picture of ``plot`` (.png, .svg, .pdf); errors are those of :meth:`Result.save`."""
         self.plot().save(path, force)
 
 
 class Directions(Cases):
-    """The seismic coefficient of a scene by the direction of the earthquake.
+    """Results of a scene for earthquakes from all sides; load factors are seismic coefficients.
+
+    The table has the columns ``direction`` and ``vertical`` in place of ``load_case`` and ``live``. Other
+    attributes are those of :class:`Cases`.
 
     Attributes
     ----------
-    results: :class:`Result` of each earthquake, by its words: "at 15° in plan", ...
-    table: one row an earthquake: ``direction``, ``vertical``, ``load_factor`` (NaN without one), ``status``,
-        ``expected``, ``associative``, ``exact``.
-    governing, usable, summary, details: as of :class:`Cases`.
+    results: :class:`Result` of each earthquake, by its text: "at 15° in plan", ...
+    left_out: Empty.
     """
 
     what = "earthquake"
 
-    def _apart(self, result: Result) -> dict[str, Any]:
+    def _identity(self, result: Result) -> dict[str, Any]:
+        """Return the columns that distinguish a result from the others: ``direction`` and ``vertical``."""
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def as_dict(self) -> dict[str, Any]:
-        """The table as plain numbers and strings (NaN as None)."""
-        told, of = super().as_dict(), self.to_draw
-        messages = [one["message"] for one in told.pop("load_cases")]
+        """Return the table, with messages, as plain numbers and strings; NaN is None."""
+        result, drawn = super().as_dict(), self.to_draw
+        messages = [load_case["message"] for load_case in result.pop("load_cases")]
         rows = records(self.table.assign(message=messages))
-        return told | {"load_case": of.load_case, "method": of.method, "directions": rows}
+        return result | {"load_case": drawn.load_case, "method": drawn.method, "directions": rows}
 
     def plot(self) -> Picture:
-        """Draw λ over the direction: in space as a polar chart, x to the right; in the plane as bars."""
+        """Return a picture of λ by direction: in space a polar chart with x to the right, else bars."""
         drawn, table = self.to_draw, self.table
         if drawn.assembly.scene.dimension == 2:
             return super().plot()
         with style():
-            made = Picture()
-            axes: Any = made.add_subplot(projection="polar")
+            picture = Picture()
+            axes: Any = picture.add_subplot(projection="polar")
             axes.set_thetagrids(range(0, 360, 30), [f"{angle}°" for angle in range(0, 360, 30)])
             entitle(axes, title_of(drawn.assembly.scene), f"{self._heading}\n")
-            shown = {"load_factor": f"λ ({drawn.method})"}
-            ratios = table["vertical"].unique()
-            if len(ratios) == 1:
-                shown |= {"expected": "incremental", "associative": "associative"}
-            looks = zip(itertools.cycle(SERIES), itertools.product(ratios, shown.items()), strict=False)
-            for colour, (ratio, (column, words)) in looks:
-                rows = table[table["vertical"] == ratio]
-                first = column == "load_factor"
-                if not first and not (rows[column] - rows["load_factor"]).abs().max() > _APART:
-                    continue
-                look = {"marker": ".", "linewidth": 1.4} if first else {"linewidth": 0.9}
-                sense = "against" if ratio < 0 else "with"
-                beside = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
-                around = pd.concat([rows, rows.head(1)])
-                angle = np.radians(around["direction"].astype(float))
-                axes.plot(angle, around[column], color=colour, label=f"{words}{beside}", **look)
+            self._draw_lines(axes)
             if self.governing:
-                worst = self._apart(drawn)["direction"]
+                worst = self._identity(drawn)["direction"]
                 ring = {"marker": "o", "markersize": 9, "fillstyle": "none", "linestyle": "none"}
                 axes.plot(np.radians(worst), drawn.load_factor or 0.0, color=BLACK, label="least", **ring)
             axes.set_ylim(0)
             axes.tick_params(axis="y", labelsize=8)
             notes = ["The push is along the ray; x points to the right, y upwards."]
-            if missing := int(table["load_factor"].isna().sum()):
+            missing = int(table["load_factor"].isna().sum())
+            if missing:
                 notes.append(f"No load factor in {counted(missing, 'direction')}.")
-            finish(made, axes, axes.get_legend_handles_labels()[0], tuple(notes))
-        return made
+            finish(picture, axes, axes.get_legend_handles_labels()[0], tuple(notes))
+        return picture
+
+    def _draw_lines(self, axes: Any) -> None:
+        """Draw a closed line of λ by direction for each ratio of vertical to horizontal push.
+
+        With one ratio only, the incremental and the associative load factor are drawn too if they differ.
+        """
+        table = self.table
+        labels = {"load_factor": f"λ ({self.to_draw.method})"}
+        ratios = table["vertical"].unique()
+        if len(ratios) == 1:
+            labels |= {"incremental": "incremental", "associative": "associative"}
+        lines = itertools.product(ratios, labels.items())
+        for colour, (ratio, (column, label)) in zip(itertools.cycle(SERIES), lines, strict=False):
+            rows = table[table["vertical"] == ratio]
+            is_own = column == "load_factor"
+            difference = (rows[column] - rows["load_factor"]).abs().max()
+            if not is_own and not difference > _VISIBLE_DIFFERENCE:
+                continue
+            look = {"marker": ".", "linewidth": 1.4} if is_own else {"linewidth": 0.9}
+            sense = "against" if ratio < 0 else "with"
+            vertical = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
+            closed = pd.concat([rows, rows.head(1)])
+            angle = np.radians(closed["direction"].astype(float))
+            axes.plot(angle, closed[column], color=colour, label=f"{label}{vertical}", **look)
 
 
 def solve_cases(
@@ -230,36 +261,45 @@ def solve_cases(
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Cases:
-    """Solve all load cases of a scene. Geometry, joints and matrices are found once.
-
-    Raises OptionError if the scene has no load case, or as of :func:`~masonry_opt.analysis.solve`; CaseError
-    if the scene is wrong, or nothing carries a live load in one of the cases, which is named.
+    """Solve all load cases of a scene. Geometry, joints and matrices are computed once.
 
     Parameters
     ----------
     scene, method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver,
-        ... too. What ``phases`` is called with begins with the name of the case.
+        ... too. The text that ``phases`` is called with begins with the name of the load case.
+
+    Returns
+    -------
+    Cases
+        Results by load case. Load cases with no live load but axles are left out.
+
+    Raises
+    ------
+    OptionError
+        If the scene has no load case, or as :func:`~masonry_opt.analysis.solve`.
+    CaseError
+        If the scene is wrong, or no block that can move has a live load in one of the load cases.
     """
-    of = as_scene(scene)
-    if not of.load_cases:
-        raise OptionError(f"{of.origin}: has no [[load_case]]: solve it as it is, or give it some")
-    moving = [case.name for case in of.load_cases if case.moves]
-    # Where all are, the first says what to use.
-    asked = [case.name for case in of.load_cases if case.name not in moving] or moving
-    results = solve_all({name: of.in_case(name) for name in asked}, method, progress, phases, **options)
+    base = as_scene(scene)
+    if not base.load_cases:
+        raise OptionError(f"{base.origin}: has no [[load_case]]: solve it as it is, or give it some")
+    moving = [case.name for case in base.load_cases if case.moves]
+    # If axles move in all load cases, solving the first of them raises the error with the advice.
+    solved = [case.name for case in base.load_cases if case.name not in moving] or moving
+    results = solve_all({name: base.in_case(name) for name in solved}, method, progress, phases, **options)
     return Cases(results, tuple(moving))
 
 
 def solve_all(
     scenes: Mapping[str, Scene], method: str, progress: Progress, phases: Phases, **options: Any
 ) -> dict[str, Result]:
-    """Results of scenes of the same blocks, by name, by one session."""
+    """Solve scenes that share their blocks, by one session, and return the results by name."""
     session = prepare(method, keeps=True, **options)
 
-    def named(name: str) -> Phases:
+    def with_name(name: str) -> Phases:
         return lambda phase: phases(f"{name}: {phase}")
 
-    return {name: session.solve(scene, progress, Effort(named(name))) for name, scene in scenes.items()}
+    return {name: session.solve(scene, progress, Effort(with_name(name))) for name, scene in scenes.items()}
 
 
 def directions(
@@ -275,35 +315,46 @@ def directions(
 ) -> Directions:
     """Solve a scene for earthquakes from all sides, in place of its live loads.
 
-    Raises OptionError if an argument is wrong, or as of :func:`~masonry_opt.analysis.solve`; CaseError if the
-    scene is wrong.
-
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    every: Degrees between directions in plan, which go once round from x towards y. In the plane there are
-        two, "left" and "right".
-    vertical: Vertical part over the horizontal one, or several, such as ``(0.3, -0.3)``; see
-        :class:`Earthquake` (default: that of the scene's own earthquake, else 0). Masses are as of that
-        earthquake.
+    every: Angle between directions in plan, in degrees. The first direction is x, the next ones turn towards
+        y. In the plane there are two directions, "left" and "right".
+    vertical: Ratio of the vertical to the horizontal push, or several ratios such as ``(0.3, -0.3)``; see
+        :class:`Earthquake`. Default: the ratio of the scene's own earthquake, else 0. The masses are those
+        of the scene's own earthquake.
     load_case: Name of the load case whose dead loads act.
     method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+
+    Returns
+    -------
+    Directions
+        Results by earthquake.
+
+    Raises
+    ------
+    OptionError
+        If an argument is wrong, or as :func:`~masonry_opt.analysis.solve`.
+    CaseError
+        If the scene is wrong.
     """
-    of = as_scene(scene, load_case)
-    of.refuse_without_case()
-    if of.tilt:
-        raise OptionError(f"{of.origin}: 'tilt' is the scene's live load: take it away")
-    own = of.shaken_by or Earthquake(direction=0.0)
+    base = as_scene(scene, load_case)
+    base.refuse_without_case()
+    if base.tilt:
+        raise OptionError(f"{base.origin}: 'tilt' is the scene's live load: take it away")
+    own = base.shaken_by or Earthquake(direction=0.0)
     ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
         raise OptionError("'vertical' is one number or several (found none)")
-    if isinstance(every, bool) or not isinstance(every, int | float) or not 360 / _MOST <= every <= 360:
-        raise OptionError(f"'every' is an angle from {360 / _MOST:g} to 360 degrees (found {every!r})")
+    least = 360 / _MOST_DIRECTIONS
+    if isinstance(every, bool) or not isinstance(every, int | float) or not least <= every <= 360:
+        raise OptionError(f"'every' is an angle from {least:g} to 360 degrees (found {every!r})")
     pushes: list[Any] = ["left", "right"]
-    if of.dimension == 3:
-        pushes = [float(f"{place * every:.12g}") for place in range(int(np.ceil(360 / every - 1e-9)))]
+    if base.dimension == 3:
+        count = int(np.ceil(360 / every - 1e-9))
+        pushes = [float(f"{number * every:.12g}") for number in range(count)]
     scenes: dict[str, Scene] = {}
     for ratio, push in itertools.product(ratios, pushes):
         quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
-        scenes[str(quake)] = of.shaken(quake)
+        scenes[str(quake)] = base.shaken(quake)
     return Directions(solve_all(scenes, method, progress, phases, **options))

@@ -1,1 +1,1 @@
-"""Many scenes: a scene whose numbers change, solved by processes or on a cluster."""
+"""Scenes with other values of their numbers: sweeps, random samples, and thresholds of stability."""

@@ -1,8 +1,9 @@
 """Charts of sweeps and samples.
 
-A sweep of one number is λ against that number: a mark for each mechanism, dashes for the incremental load
-factor, the least ringed, and values far above the others as numbers above the axis. A sweep of two numbers
-is a heat map. A sample has the fragility curve, and a chart of what matters; ``sure`` is the confidence.
+- A sweep has a chart of λ against each number. Each mechanism has its own mark, dashes are the incremental
+  load factor, a ring is around the least λ, and values far above the others are written above the axis.
+- A sweep of two numbers also has a heat map.
+- A sample has the fragility curve, and a chart of rank correlations.
 """
 
 from collections.abc import Sequence
@@ -15,9 +16,9 @@ from numpy.typing import ArrayLike
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
-from masonry_opt.studies.many.runs import EXPECTED, HEAT_MAP, at_least, chart_names, ends
+from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 
-#: Colour and mark of each mechanism. Joints have the same in pictures.
+#: Colour and mark of each mechanism. The colours are those of the joints in pictures.
 _LOOKS = {
     "sliding": (SLIDES, "square"),
     "hinging": (HINGES, "circle"),
@@ -26,11 +27,12 @@ _LOOKS = {
     "separating": (SEPARATES, "diamond"),
     "none": (LIVE, "triangle-down"),
 }
-#: Colour and mark of a run without a load factor, and mark of a value off the axis.
-_DARK, _CROSS, _UP = "#333333", "M-.8-.8L.8.8M.8-.8L-.8.8", "triangle-up"
-_MOST_LINES = 7  #: Values of the second number that have a line each.
-_MOST_NAMED = 6  #: Values off the axis that are written.
-#: Titles of axes of numbers that have a symbol.
+_DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
+_CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
+_UP = "triangle-up"  #: Mark of a value above the axis.
+_MOST_LINES = 7  #: Largest number of values of the second number for which each value has its own line.
+_MOST_NAMED = 6  #: Largest number of values above the axis that are all written.
+#: Titles of the axes of numbers that have a symbol.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
     "joints.friction_angle": "friction angle φ [°]",
@@ -38,35 +40,47 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: A load factor so many times the greatest of the others is left off the axis: at most this share of all, or
-#: one of three or more.
-_FAR, _FEW = 10.0, 0.25
-_LABEL = "load factor λ"  #: The axis of load factors.
-_MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
-_SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
-#: The loads that a sample tells of, with how names of their columns begin; and their colours.
-_LOADS = {"lowest found": "", "incremental": EXPECTED}
-_COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])
-#: Entry of the legend, and notes.
-_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: smallest", "dashes: incremental λ"
+#: A load factor this many times the greatest of the smaller ones is left off the axis.
+_FAR_RATIO = 10.0
+#: Largest share of load factors off the axis; of three or more load factors one may always be off the axis.
+_FAR_SHARE = 0.25
+_LABEL = "load factor λ"  #: Title of the axis of load factors.
+#: Pixels above the values for values off the axis, and below them for runs without a load factor.
+_MARGIN = 24
+_SHOWN = 15  #: Largest number of correlations in the chart, strongest first.
+#: Load factors of a sample, with the prefix of their columns.
+_LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
+_COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
+_OFF = "off the axis: λ as written"  #: Entry of the legend for values off the axis.
+_RING = "ringed: smallest"  #: Note on the ring around the smallest load factor.
+_DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
-    """λ against the first of one or two numbers, or against each of more; of two numbers also a map."""
-    found = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A map has no place for an infinite value of friction.
+    """Return the charts of a sweep over some numbers.
+
+    One or two numbers have a chart of λ against the first number; two numbers also have a heat map. More
+    numbers have a chart of λ against each number.
+    """
+    named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
+    # A heat map cannot show an infinite friction.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
-        found.append(heat_map(frame, names[0], names[1]))
-    return found
+        named_charts.append(heat_map(frame, names[0], names[1]))
+    return named_charts
 
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
-    """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
-    far = off_axis(np.r_[frame["load_factor"], frame["expected"]])
+    """Return the chart of λ against one number of a sweep.
+
+    A sweep of one number is a line. A sweep of two numbers has a line for each value of the second number,
+    unless there are too many values. Other sweeps are points.
+    """
+    far = off_axis(np.r_[frame["load_factor"], frame["incremental"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
-    expected, same = frame["expected"].mask(far[len(frame) :]), frame["expected"].equals(frame["load_factor"])
+    incremental = frame["incremental"].mask(far[len(frame) :])
+    same = frame["incremental"].equals(frame["load_factor"])
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
@@ -84,44 +98,46 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         line=series,
         series=series.mask(failed, status).mask(off, _OFF),
         λ=frame["load_factor"],
-        expected=expected,
+        incremental=incremental,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
-    known, beside = marks[on_axis], marks[expected.notna() & (not same)]
+    known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
-    scale = alt.Scale(domain=ends(np.r_[known["λ"], expected]), nice=False, zero=False, padding=_MARGIN)
-    # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
+    scale = alt.Scale(domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_MARGIN)
+    # Without a format Vega writes as many digits as its own ticks need: 0.32 and 0.28 both as 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
-    colours, shapes = (alt.Scale(domain=[*looks], range=[*of]) for of in zip(*looks.values(), strict=True))
-    found = alt.Chart(known).encode(x=x, y=y)
-    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("expected:Q", **upwards))
+    colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
+    shapes = alt.Scale(domain=[*looks], range=[shape for _, shape in looks.values()])
+    solid = alt.Chart(known).encode(x=x, y=y)
+    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("incremental:Q", **upwards))
     stroke: Any = alt.Stroke("line:N", scale=colours) if lines else alt.value(_DARK)
     if lines or len(names) == 1:
-        layers = [found.mark_line(strokeWidth=1.2).encode(stroke=stroke)]
+        layers = [solid.mark_line(strokeWidth=1.2).encode(stroke=stroke)]
         layers.append(dashed.mark_line(strokeWidth=1.2, strokeDash=[6, 3]).encode(stroke=stroke))
     else:
         layers = [dashed.mark_point(color=_DARK, shape="stroke")]
-    # Runs without a load factor stand at the foot, values off the axis at the head.
-    at_foot, at_head = alt.value(alt.expr(f"height - {_MARGIN / 2}")), alt.value(_MARGIN / 2)
-    told = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
+    # Runs without a load factor are drawn at the bottom, values off the axis at the top.
+    at_bottom, at_top = alt.value(alt.expr(f"height - {_MARGIN / 2}")), alt.value(_MARGIN / 2)
+    tooltip = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
     look = {"fill": alt.Fill("series:N", scale=colours), "stroke": alt.Stroke("series:N", scale=colours)}
-    look |= {"shape": alt.Shape("series:N", scale=shapes), "tooltip": told}
-    for rows, place in ((known, y), (marks[failed], at_foot), (marks[off], at_head)):
-        layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=place, **look))
+    look |= {"shape": alt.Shape("series:N", scale=shapes), "tooltip": tooltip}
+    for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
+        layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # Many values side by side would overlap: only the greatest is written then.
+    # Many values next to each other would overlap: only the greatest is written in that case.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_MARGIN)
-    layers.append(text.encode(x=x, y=at_head, text=alt.Text("λ:Q", format=".4~g")))
+    layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
-    notes = [note for note, there in ((_RING, marks["least"].any()), (_DASHED, len(beside))) if there]
+    notes = [_RING] if marks["least"].any() else []
+    notes += [_DASHED] if len(beside) else []
     notes += _names_of_load_factors(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
-    """λ over two numbers as colours; grey where there is no load factor."""
+    """Return the heat map of λ over two numbers; runs without a load factor are grey."""
     off, missing = off_axis(frame["load_factor"]), frame["load_factor"].isna().any()
     least = at_least(frame) & (frame["load_factor"].nunique() > 1)
     cells = frame[[across, up, "load_factor", "status"]].set_axis(["x", "y", "λ", "status"], axis=1)
@@ -130,52 +146,63 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     y = alt.Y("y:O", title=_label(up), axis=number, sort="descending")
     of_colours = alt.Legend(title=_LABEL, orient="bottom", direction="horizontal", gradientLength=200)
     scale = alt.Scale(scheme="viridis", domain=ends(frame["load_factor"][~off]), clamp=True)
-    told = [alt.Tooltip("x:O", title=across), alt.Tooltip("y:O", title=up), "λ:N", "status:N"]
-    tiles = (alt.Chart(of).mark_rect(color="#CCCCCC") for of in (cells, cells.dropna(subset=["λ"])))
-    every, found = (tile.encode(x, y, tooltip=told) for tile in tiles)
+    tooltip = [alt.Tooltip("x:O", title=across), alt.Tooltip("y:O", title=up), "λ:N", "status:N"]
+    grey = alt.Chart(cells).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
+    known = alt.Chart(cells.dropna(subset=["λ"])).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
     notes = [_RING] if least.any() else []
     notes += ["values far above the others have the last colour"] if off.any() else []
     notes += ["grey: no load factor"] if missing else []
-    coloured = found.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
-    chart = (every + coloured + ring.encode(x, y)).properties(height=300)
+    coloured = known.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
+    chart = (grey + coloured + ring.encode(x, y)).properties(height=300)
     notes += _names_of_load_factors(frame)
     return NamedChart(HEAT_MAP, f"{_LABEL} over two numbers", chart, "; ".join(notes))
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a note that names the load factors of the runs; none if no run has one."""
+    """Return a note that names the load factors of the runs, in a list; empty if no run has one."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Whether each load factor is far above the others and so left off the axis; shape (n,)."""
+    """Return True for load factors far above the others, which are left off the axis, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
-    rising = np.sort(values[np.isfinite(values)])
-    greatest = np.maximum.accumulate(np.abs(rising))
-    few = max(int(_FEW * len(rising)), len(rising) >= 3)
-    far = (greatest[:-1] > ZERO) & (rising[1:] >= _FAR * greatest[:-1])
-    far[: max(0, len(far) - few)] = False
-    return values >= rising[1:][far].min() if far.any() else np.zeros(len(values), dtype=bool)
+    ascending = np.sort(values[np.isfinite(values)])
+    greatest = np.maximum.accumulate(np.abs(ascending))
+    most_far = max(int(_FAR_SHARE * len(ascending)), len(ascending) >= 3)
+    far = (greatest[:-1] > ZERO) & (ascending[1:] >= _FAR_RATIO * greatest[:-1])
+    far[: max(0, len(far) - most_far)] = False
+    return values >= ascending[1:][far].min() if far.any() else np.zeros(len(values), dtype=bool)
 
 
 def _label(name: str) -> str:
+    """Return the title of the axis of a number."""
     return _SYMBOLS.get(name, name)
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of the lowest λ, then of the incremental λ if known and different; ``of`` names them."""
-    key, *names = (name for name in map(str, frame) if not name.startswith(EXPECTED))
-    found, beside = (frame[[key, *(begin + name for name in names)]] for begin in _LOADS.values())
-    beside = beside.set_axis([key, *names], axis=1)
-    parts = [found] if found.equals(beside) else [found, beside]
-    rows = pd.concat([part.assign(of=of) for of, part in zip(_LOADS, parts, strict=False)], ignore_index=True)
-    return rows.dropna(subset=names[:1])
+    """Return the statistics of both load factors as rows; the column ``of`` names the load factor.
+
+    The rows of the incremental load factor are left out if it is unknown, or equal to the lowest in all rows.
+    """
+    key, *names = (name for name in map(str, frame) if not name.startswith(INCREMENTAL_COLUMN))
+    lowest, incremental = (frame[[key, *(prefix + name for name in names)]] for prefix in _LOADS.values())
+    incremental = incremental.set_axis([key, *names], axis=1)
+    parts = [lowest] if lowest.equals(incremental) else [lowest, incremental]
+    labelled = [part.assign(of=label) for label, part in zip(_LOADS, parts, strict=False)]
+    return pd.concat(labelled, ignore_index=True).dropna(subset=names[:1])
 
 
 def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
-    """Probability of collapse against load, with its interval."""
+    """Return the chart of the probability of collapse against the load, with its confidence band.
+
+    Parameters
+    ----------
+    title: End of the chart's title.
+    curve: Table of :meth:`~.sample.Sample.fragility`.
+    sure: Confidence of the band, as text.
+    """
     share, curve = axis("probability of collapse", 0, 1.02), _by_load(curve)
     along = alt.Chart(curve).encode(
         x=alt.X("load:Q", **axis(_LABEL, *curve["load"].agg(["min", "max"]))),
@@ -190,10 +217,17 @@ def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
 
 
 def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart:
-    """Rank correlations, strongest on top."""
-    found = correlations.dropna(thresh=4)
-    shown = _by_load(found.head(_SHOWN))
-    # Marks of correlations whose interval holds zero are hollow.
+    """Return the chart of rank correlations, strongest on top.
+
+    Parameters
+    ----------
+    title: End of the chart's title.
+    correlations: Table of :meth:`~.sample.Sample.sensitivity`.
+    sure: Confidence of the intervals, as text.
+    """
+    known = correlations.dropna(thresh=4)
+    shown = _by_load(known.head(_SHOWN))
+    # The mark of a correlation whose interval contains zero is hollow.
     shown = shown.assign(certain=(shown["lower"] > 0) | (shown["upper"] < 0))
     x, colours = axis("rank correlation with λ", -1.05, 1.05), {"scale": _COLOURS} | legend(len(shown))
     rows = alt.Chart(shown).encode(
@@ -208,9 +242,9 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
         fill=alt.when("datum.certain").then(alt.Fill("of:N", **colours)).otherwise(alt.value("white")),
     )
     limits = rows.mark_rule(strokeWidth=1.5).encode(x=alt.X("lower:Q", **x), x2="upper:Q")
-    left_out = f", the first {_SHOWN} of {len(found)}" if len(found) > _SHOWN else ""
-    if found.empty:
+    left_out = f", the first {_SHOWN} of {len(known)}" if len(known) > _SHOWN else ""
+    if known.empty:
         left_out = ": nothing drawn matters"
-    chart = (limits + marks).properties(height=28 * max(len(found.head(_SHOWN)), 2))
+    chart = (limits + marks).properties(height=28 * max(len(known.head(_SHOWN)), 2))
     notes = f"{sure} that all intervals of a load hold; hollow: may be none"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

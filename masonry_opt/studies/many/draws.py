@@ -1,5 +1,7 @@
-"""Distributions of the numbers of a scene, as a user writes them, and values drawn from them: one for all
-joints, or one for each course or joint."""
+"""Random values for the numbers of a scene: distributions as a user writes them, and samples of them.
+
+A property of joints may have one random value for all joints, or one for each course or each joint.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -17,13 +19,14 @@ from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-BY = ("scene", "course", "joint")  #: What a property of joints is drawn once for.
-#: Dimensions up to which points are Sobol's. In 83 dimensions, 128 of them have pairs correlated by 0.8,
-#: where independent points have 0.3 at most.
-_FEW = 10
-_EDGE = 2.0**-32  #: Least distance of probabilities from 0 and 1, where distributions are infinite.
-_LEVEL = 1e-3  #: Difference in height of joints of one course, over the median length of a joint.
-_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that an exception can have.
+BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
+#: Largest dimension for Sobol points; in higher dimensions points are independent. In 83 dimensions 128
+#: Sobol points have pairs of coordinates with a correlation of 0.8; independent points have at most 0.3.
+_MOST_SOBOL_DIMENSIONS = 10
+_LEAST_PROBABILITY = 2.0**-32  #: Least distance of probabilities from 0 and 1, whose quantiles are infinite.
+#: Largest difference in height of successive joints of one course, over the median length of a joint.
+_COURSE_TOLERANCE = 1e-3
+_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
 _HOW = (
     "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
     "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
@@ -32,17 +35,19 @@ _HOW = (
 
 
 class Distribution(NamedTuple):
-    """A frozen distribution of scipy.stats, and its text for readers."""
+    """Frozen distribution of scipy.stats with its text for readers."""
 
     text: str
     frozen: Any
 
 
 def distribution(name: str, given: Any) -> Distribution:
-    """The distribution of a number, as given to :func:`~.sample.sample`. A standard deviation above the mean,
-    unless that is zero, must be a share of it. Raises OptionError, with the number's name, if it is none, or
-    a value is out of range."""
-    of = f"distribution of '{name}'"
+    """Return the distribution of a number, in the forms that :func:`~.sample.sample` accepts.
+
+    A standard deviation above a nonzero mean must be given as a share of the mean. Raises OptionError, with
+    the name of the number, if the form is unknown or a value is out of range.
+    """
+    subject = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
         kind = getattr(getattr(given, "dist", None), "name", type(given).__name__)
         values = [*getattr(given, "args", ()), *getattr(given, "kwds", {}).values()]
@@ -51,23 +56,25 @@ def distribution(name: str, given: Any) -> Distribution:
         kind, first, second = given
         frozen = _FROZEN[kind]
         first = _number(first)
-        second = _number(second) if kind == "uniform" else _deviation(second, first, of)
+        second = _number(second) if kind == "uniform" else _deviation(second, first, subject)
         least = {"uniform": second - first, "normal": second, "lognormal": min(first, second)}[kind]
         if least <= 0:
             raise ValueError
     except (TypeError, ValueError, KeyError):
-        raise OptionError(f"{of}: {_HOW} (found {given!r})") from None
+        raise OptionError(f"{subject}: {_HOW} (found {given!r})") from None
     return Distribution(f"{kind}({first:g}, {second:g})", frozen(first, second))
 
 
 def lognormal(mean: float, deviation: float) -> Any:
-    """The lognormal distribution with this mean and standard deviation: its logarithm has the variance
-    v = ln(1 + (deviation / mean)²) and the mean ln(mean) − v / 2."""
+    """Return the lognormal distribution with a given mean and standard deviation.
+
+    Its logarithm has the variance v = ln(1 + (deviation / mean)²) and the mean ln(mean) − v / 2.
+    """
     variance = math.log1p((deviation / mean) ** 2)
     return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))
 
 
-#: What makes a distribution of two numbers, by kind.
+#: Functions that return the distribution of a kind with two parameters.
 _FROZEN = {
     "normal": stats.norm,
     "lognormal": lognormal,
@@ -76,7 +83,10 @@ _FROZEN = {
 
 
 def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
-    """Name and distribution of a text such as ``joints.friction=lognormal:0.65:15%``; else OptionError."""
+    """Return name and distribution from a text such as ``joints.friction=lognormal:0.65:15%``.
+
+    Raises OptionError if the text has another form.
+    """
     name, equals, words = text.partition("=")
     parts = [_read(part.strip()) for part in words.split(":")]
     if not equals or not name.strip() or len(parts) != 3:
@@ -87,6 +97,7 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
 
 
 def _read(text: str) -> float | str:
+    """Return the number that a text stands for; the text itself if it is no number."""
     try:
         return float(text)
     except ValueError:
@@ -94,13 +105,17 @@ def _read(text: str) -> float | str:
 
 
 def _number(value: Any) -> float:
-    """Raises TypeError if it is not a finite number."""
+    """Return a finite number as a float. Raises TypeError for any other value."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
         raise TypeError
     return float(value)
 
 
-def _deviation(value: Any, mean: float, of: str) -> float:
+def _deviation(value: Any, mean: float, subject: str) -> float:
+    """Return a standard deviation that is given as a number, or as a share of the mean such as "15%".
+
+    Raises OptionError, with the subject, if the number exceeds a nonzero mean; TypeError if it is no number.
+    """
     if isinstance(value, str) and value.strip().endswith("%"):
         return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
     number = _number(value)
@@ -108,117 +123,133 @@ def _deviation(value: Any, mean: float, of: str) -> float:
         more = f"a standard deviation of {number:g} is more than the mean, {mean:g}"
         if_share = f"if per cent of the mean are meant, write '{number:g}%'"
         if_not = f"if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
-        raise OptionError(f"{of}: {more}: {if_share}; {if_not}")
+        raise OptionError(f"{subject}: {more}: {if_share}; {if_not}")
     return number
 
 
 class DrawnColumn(NamedTuple):
-    """A column of values drawn: of a number by name, for joints between pairs of blocks, or for the scene."""
+    """Column of random values in a table of runs."""
 
     name: str
-    of: str
-    pairs: tuple[tuple[str, str], ...] = ()
+    of: str  #: name of the number whose distribution is used
+    pairs: tuple[tuple[str, str], ...] = ()  #: blocks of the joints that take the value; empty for the scene
 
 
 class Draws:
-    """The numbers drawn for a scene, and the scenes that they make.
+    """Random numbers of a scene, and the scenes with their values.
 
-    A course consists of the joints whose middles lie at one height (against gravity). A joint whose exception
-    gives the property keeps it. Raises OptionError or CaseError, as :func:`~.sample.sample`.
+    A course consists of the joints whose middles are at one height (against gravity). A joint with its own
+    value of a property, by an exception, keeps this value. Raises OptionError or CaseError as
+    :func:`~.sample.sample`.
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
-            such = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
-            raise OptionError(f"name what is uncertain, with its distribution: {such}")
+            example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
+            raise OptionError(f"name what is uncertain, with its distribution: {example}")
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
         self._by, self._parameters = by, Parameters(scene)
         self._parameters.check_names(distributions)
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}
-        spread = [name for name in self._laws if by != "scene" and is_of_joints(name)]
-        if by != "scene" and not spread:
+        by_group = [name for name in self._laws if by != "scene" and is_of_joints(name)]
+        if by != "scene" and not by_group:
             raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
-        courses = _courses(scene) if spread else {}
-        self.columns: list[DrawnColumn] = []  #: of the table of values, in order
-        for name in self._laws:
-            self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
-        #: Distributions in words, by names of numbers.
-        self.texts = {name: law.text + f" by {by}" * (name in spread) for name, law in self._laws.items()}
+        courses = _courses(scene) if by_group else {}
+        self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
+        self.texts: dict[str, str] = {}  #: distributions as text, by names of numbers
+        for name, law in self._laws.items():
+            if name in by_group:
+                self.columns += self._columns_by_group(name, courses)
+                self.texts[name] = f"{law.text} by {by}"
+            else:
+                self.columns.append(DrawnColumn(name, name))
+                self.texts[name] = law.text
 
-    def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
-        """The columns of a property that differs by course, 1 the lowest, or by joint."""
+    def _columns_by_group(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
+        """Yield the columns of a property with a value for each course (1 is the lowest), or each joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
             raise OptionError(f"'{name}' cannot differ by {self._by}: only {known} can")
         exceptions = self._parameters.scene.exceptions
-        given = {frozenset(own.between) for own in exceptions if getattr(own, key) is not None}
-        courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in given}
+        own_values = {frozenset(joint.between) for joint in exceptions if getattr(joint, key) is not None}
+        courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
             raise OptionError(f"'{name}': every joint has its own already: there is none to draw for")
 
-        def group(pair: tuple[str, str]) -> str:
+        def group_name(pair: tuple[str, str]) -> str:
             return f"course.{courses[pair]}" if self._by == "course" else f"joint.{'/'.join(pair)}"
 
-        for of, pairs in groupby(sorted(courses, key=courses.__getitem__), group):
-            yield DrawnColumn(f"{of}.{key}", name, tuple(pairs))
+        for group, pairs in groupby(sorted(courses, key=courses.__getitem__), group_name):
+            yield DrawnColumn(f"{group}.{key}", name, tuple(pairs))
 
     def table(self, count: int, seed: int) -> pd.DataFrame:
-        """The values of each run, shape (count, columns). Raises OptionError if the scene refuses one."""
-        drawn = points(count, len(self.columns), seed)
-        columns = zip(self.columns, drawn.T, strict=True)
-        values = pd.DataFrame({c.name: self._laws[c.of].frozen.ppf(shares) for c, shares in columns})
+        """Return the random values of all runs, shape (count, columns).
+
+        Raises OptionError if the scene refuses the least or the greatest value of a number.
+        """
+        probabilities = points(count, len(self.columns), seed)
+        columns = zip(self.columns, probabilities.T, strict=True)
+        values = pd.DataFrame({column.name: self._laws[column.of].frozen.ppf(p) for column, p in columns})
         for name, law in self._laws.items():
-            own = values[[c.name for c in self.columns if c.of == name]].to_numpy()
-            if not np.isfinite(own).all():
+            samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
+            if not np.isfinite(samples).all():
                 raise OptionError(f"'{name}': {law.text} gives values that are no number")
-            for value in (float(own.min()), float(own.max())):
+            for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
+        """Raise OptionError if the scene does not accept a value of a number."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
             why = f"{law.text} gives {value:g}{how}, which the scene does not take: {error}"
-            such = "such as a lognormal, or one cut off, such as scipy.stats.truncnorm"
-            raise OptionError(f"'{name}': {why}; take a distribution without such values, {such}") from None
+            remedy = "such as a lognormal, or one cut off, such as scipy.stats.truncnorm"
+            raise OptionError(f"'{name}': {why}; take a distribution without such values, {remedy}") from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
-        """The scene of a run, its values by the names of the columns; CaseError if it refuses one."""
-        scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
-        if not any(c.pairs for c in self.columns):
+        """Return the scene of a run from its values by column. Raises CaseError if the scene refuses one."""
+        of_scene = [column.name for column in self.columns if not column.pairs]
+        scene = self._parameters.at({name: values[name] for name in of_scene})
+        if not any(column.pairs for column in self.columns):
             return scene
-        given = {frozenset(own.between): own.model_dump(exclude_none=True) for own in scene.exceptions}
+        exceptions = {
+            frozenset(joint.between): joint.model_dump(exclude_none=True) for joint in scene.exceptions
+        }
         for column in self.columns:
             for pair in column.pairs:
-                properties = given.setdefault(frozenset(pair), {"between": pair})
+                properties = exceptions.setdefault(frozenset(pair), {"between": pair})
                 properties[column.of.removeprefix("joints.")] = values[column.name]
-        return scene.replace(exceptions=[Joint(**properties) for properties in given.values()])
+        return scene.replace(exceptions=[Joint(**properties) for properties in exceptions.values()])
 
 
 def points(count: int, dimensions: int, seed: int) -> np.ndarray:
-    """Points of the unit cube, shape (count, dimensions): of few dimensions Sobol's scrambled sequence, else
-    independent. The first of more points are those of fewer."""
+    """Return random points of the unit cube, shape (count, dimensions).
+
+    In few dimensions the points are the scrambled Sobol sequence; in more they are independent. The points
+    of a smaller count are the first points of a larger count.
+    """
     rng = np.random.default_rng(seed)
-    if dimensions > _FEW:
-        made = rng.random((count, dimensions))
+    if dimensions > _MOST_SOBOL_DIMENSIONS:
+        unit_points = rng.random((count, dimensions))
     else:
-        # Of a power of two, whose points are most even, as many as the user chose.
-        made = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
-    return np.clip(made, _EDGE, 1 - _EDGE)
+        # The next power of two is generated: Sobol points are most uniform for powers of two.
+        unit_points = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
+    return np.clip(unit_points, _LEAST_PROBABILITY, 1 - _LEAST_PROBABILITY)
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:
-    """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
+    """Return the course (1 is the lowest) of each pair of touching blocks, in the order of the joints."""
     assembly = assemble(scene)
     joints = assembly.joints
     height = pd.Series(joints.middle @ -scene.down).sort_values(kind="stable")
-    course = 1 + (height.diff() > _LEVEL * 2 * assembly.problem.length_unit).cumsum().sort_index()
+    median_length = 2 * assembly.problem.length_unit
+    course = 1 + (height.diff() > _COURSE_TOLERANCE * median_length).cumsum().sort_index()
     pairs = zip(assembly.names(joints.first), assembly.names(joints.second), strict=True)
-    found: dict[tuple[str, str], int] = {}
+    course_of_pair: dict[tuple[str, str], int] = {}
     for pair, number in zip(pairs, course, strict=True):
-        found.setdefault(pair, number)
-    return found
+        course_of_pair.setdefault(pair, number)
+    return course_of_pair

@@ -18,49 +18,52 @@ from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
-_Way = tuple[str | int, ...]  #: A path through records: names of fields, and indices of entries.
-_NAMED = ("block", "joint")  #: Tables whose entries are always named; of others where there are several.
+_Path = tuple[str | int, ...]  #: Path through records: names of fields, and indices of entries.
+#: Tables whose entries are always named; entries of other tables are named if there are several.
+_ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
-#: Points, forces and moments: their two or three numbers are x, y and z.
-_POINTS = {"at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"}
-_POINTS |= {"live", "live_at", "live_per_weight", "live_moment"}
-_LEFT_OUT = ("tolerance", "reference")  #: Keys of a scene that no analysis follows steadily.
-_LISTED = 12  #: Names that a message lists.
+#: Keys of points, forces and moments, whose two or three numbers are called x, y and z.
+_POINTS = {
+    *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
+    *("live", "live_at", "live_per_weight", "live_moment"),
+}
+#: Keys of a scene that cannot be varied: the answer does not depend on them, or not continuously.
+_LEFT_OUT = ("tolerance", "reference")
+_LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """The numbers of a scene, by name; of a scene read from a case file those of its generators too."""
+    """Numbers of a scene by name; for a scene from a case file, the numbers of its generators too."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
-        # A changed copy of a scene differs from its file.
+        # A modified copy of a scene differs from its case file, and is itself the source of the numbers.
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = self._paths()  #: Paths to the numbers, by name, as messages list them.
+        self.names = self._paths()  #: Paths to the numbers, by the names that messages list.
         #: Paths by the listed names, and by the full names of numbers in tables that occur once.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
-    def _paths(self, in_full: bool = False) -> dict[str, _Way]:
-        """Return the paths to the numbers by name, without numbers that no scene in space has."""
-        found = dict(_numbers(self._source, in_full=in_full))
+    def _paths(self, in_full: bool = False) -> dict[str, _Path]:
+        """Return the paths to the numbers by name; in space without thickness and strength of joints."""
+        paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
-            return found
-        of_plane = {name for name in found if is_of_joints(name) and name.endswith(".strength")} | {
-            "thickness"
-        }
-        return {name: way for name, way in found.items() if name not in of_plane}
+            return paths
+        of_plane = {name for name in paths if is_of_joints(name) and name.endswith(".strength")}
+        of_plane.add("thickness")
+        return {name: path for name, path in paths.items() if name not in of_plane}
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError for names that are no numbers of the scene, or not two numbers.
+        """Raise OptionError if names are not the names of different numbers.
 
-        - The scene has load cases and is in none of them.
-        - A name is unknown: the message lists names like it.
-        - Two names are of one number, or of two numbers that exclude each other.
+        - The scene has load cases of which none is chosen.
+        - A name is unknown. The message lists similar names.
+        - Two names are those of one number, or of two numbers that exclude each other.
         """
         self.scene.refuse_without_case()
-        by_path: dict[_Way, str] = {}
+        by_path: dict[_Path, str] = {}
         for name in names:
             if name not in self._known:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
@@ -73,8 +76,11 @@ class Parameters:
                 raise OptionError(f"'{name}' and '{other}' say the same of one thing: vary one of them")
 
     def at(self, values: Mapping[str, float]) -> Scene:
-        """The scene with other values of its numbers; the blocks are the same objects as long as joint
-        properties alone change. Raises OptionError if a name is unknown, CaseError if it is no scene."""
+        """Return the scene with other values of its numbers.
+
+        Successive scenes share their blocks as long as only properties of joints change. Raises OptionError
+        if a name is unknown, CaseError if the values make no valid scene.
+        """
         self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
         others = {name: value for name, value in values.items() if name not in of_joints}
@@ -86,87 +92,103 @@ class Parameters:
                 self._last = others, source.scene() if isinstance(source, CaseFile) else source
             scene = self._last[1] if others else self.scene
             for name, value in of_joints.items():
-                scene = _changed(scene, self._known[name], value)  # of a file's scene by the same path
+                scene = _changed(scene, self._known[name], value)  # the path is that of the case file too
         except CaseError as error:
-            told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
-            raise CaseError(f"{told}: {error}") from None
+            assignments = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
+            raise CaseError(f"{assignments}: {error}") from None
         return scene.read_from(self.scene.origin).in_case_of(self.scene)
 
     def _near(self, name: str) -> str:
-        """Advice on an unknown name."""
+        """Return advice on an unknown name: similar names, or the generator that builds the block."""
         for block in self.scene.blocks:
-            own = f"block.{block.name}."
-            if name.startswith(own) and not any(known.startswith(own) for known in self.names):
+            head = f"block.{block.name}."
+            if name.startswith(head) and not any(known.startswith(head) for known in self.names):
                 heads = tuple(f"{table}." for table in _GENERATORS)
                 return f"; block '{block.name}' is built by a generator; {self._listed(heads)}"
         return did_you_mean(name, self.names) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """The first names that begin so, or the first of all if none do."""
-        found = [name for name in self.names if name.startswith(heads)] or [*self.names]
-        more = f", ... ({len(found)} in all)" if len(found) > _LISTED else ""
-        return f"there are: {', '.join(found[:_LISTED])}{more}"
+        """Return text with the first names that have one of these beginnings; of all names if none has."""
+        names = [name for name in self.names if name.startswith(heads)] or [*self.names]
+        more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
+        return f"there are: {', '.join(names[:_LISTED])}{more}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Whether a number is a property of joints, which changes no matrix."""
+    """Return True if a number is a property of joints, which does not enter the equilibrium matrix."""
     return name.startswith(("joints.", "joint."))
 
 
 def _numbers(
-    record: Record, prefix: str = "", way: _Way = (), in_full: bool = False
-) -> Iterator[tuple[str, _Way]]:
-    """Yield the names of the numbers of a record and of the records in it, with the paths to them.
+    record: Record, prefix: str = "", path: _Path = (), in_full: bool = False
+) -> Iterator[tuple[str, _Path]]:
+    """Yield the names of the numbers of a record and of all records in it, with their paths.
 
-    ``in_full``: names of tables that occur once have the name of their entry too.
+    With ``in_full`` the names of numbers in a table that occurs once contain the name of its entry too.
     """
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
             continue
-        key, value, here = about.alias or field, getattr(record, field), (*way, field)
+        key, value = about.alias or field, getattr(record, field)
+        name, field_path = prefix + key, (*path, field)
         if isinstance(value, Record):
-            yield from _numbers(value, f"{prefix}{key}.", here, in_full)
+            yield from _numbers(value, f"{name}.", field_path, in_full)
         elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
-            alone = len(value) == 1 and not in_full and key not in _NAMED
-            names = [key if alone else _entry_name(key, number, entry) for number, entry in enumerate(value)]
-            for number, entry in enumerate(value):
-                # Two ties of one name are told apart by their numbers.
-                name = names[number] if names.count(names[number]) == 1 else f"{key}.{number + 1}"
-                yield from _numbers(entry, f"{prefix}{name}.", (*here, number), in_full)
+            yield from _numbers_of_entries(value, key, prefix, field_path, in_full)
         elif _is_number(value) or (value is None and _takes_number(about.annotation)):
-            yield prefix + key, here
+            yield name, field_path
         elif isinstance(value, dict) and all(map(_is_number, value.values())):
-            for name in value:
-                yield f"{prefix}{key}.{name}", (*here, name)
+            yield from ((f"{name}.{entry}", (*field_path, entry)) for entry in value)
         elif isinstance(value, tuple) and all(map(_is_number, value)):
-            for number, place in enumerate(("xyz" if field in _POINTS else "123")[: len(value)]):
-                yield f"{prefix}{key}.{place}", (*here, number)
+            components = "xyz" if field in _POINTS else "123"
+            for index, component in enumerate(components[: len(value)]):
+                yield f"{name}.{component}", (*field_path, index)
 
 
-def _entry_name(key: str, number: int, entry: Record) -> str:
-    name = getattr(entry, "name", None) or getattr(entry, "between", None) or str(number + 1)
+def _numbers_of_entries(
+    entries: list[Record], key: str, prefix: str, path: _Path, in_full: bool
+) -> Iterator[tuple[str, _Path]]:
+    """Yield the names and paths of the numbers of the entries of a table.
+
+    Entries with equal names, such as two ties of one name, are called by their numbers instead.
+    """
+    alone = len(entries) == 1 and not in_full and key not in _ALWAYS_NAMED
+    names = [key if alone else _entry_name(key, index, entry) for index, entry in enumerate(entries)]
+    for index, entry in enumerate(entries):
+        name = names[index] if names.count(names[index]) == 1 else f"{key}.{index + 1}"
+        yield from _numbers(entry, f"{prefix}{name}.", (*path, index), in_full)
+
+
+def _entry_name(key: str, index: int, entry: Record) -> str:
+    """Return the name of an entry of a table, such as "block.A" or "joint.A/B"."""
+    name = getattr(entry, "name", None) or getattr(entry, "between", None) or str(index + 1)
     return f"{key}.{name if isinstance(name, str) else '/'.join(name)}"
 
 
 def _is_number(value: object) -> bool:
+    """Return True for an int or a float, but not for a bool."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _takes_number(annotation: Any) -> bool:
-    # One number of a pair that is not given would leave the other unknown.
+    """Return True if a field of this type accepts a number.
+
+    Fields for pairs do not: a value for one number of a missing pair would leave the other number unknown.
+    """
     pair = getattr(annotation, "__origin__", None) in (tuple, list)
     return not pair and (annotation in (int, float) or any(map(_takes_number, get_args(annotation))))
 
 
-def _changed(holder: Any, way: _Way, value: float) -> Any:
-    """A record, table, list or pair with another number, validated."""
-    if not way:
-        # A whole number stays whole where the scene has a whole one.
+def _changed(holder: Any, path: _Path, value: float) -> Any:
+    """Return a validated copy of a record, table, list or pair with another number at a path."""
+    if not path:
+        # An integer of the scene stays an integer.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
-    first, rest = way[0], way[1:]
+    first, rest = path[0], path[1:]
     if isinstance(first, int):
-        numbered = enumerate(holder)
-        return type(holder)(_changed(of, rest, value) if number == first else of for number, of in numbered)
+        entries = [*holder]
+        entries[first] = _changed(entries[first], rest, value)
+        return type(holder)(entries)
     if isinstance(holder, dict):
         return holder | {first: _changed(holder[first], rest, value)}
     return holder.replace(**{first: _changed(getattr(holder, first), rest, value)})

@@ -1,6 +1,6 @@
 """Warnings of a study of many runs, each sentence once.
 
-They name inputs that look unintended, and load factors that fall as strength or friction grows.
+Warnings name inputs that look unintended, and load factors that fall as a strength or friction grows.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,24 +16,25 @@ from masonry_opt.files import plain
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.sentences import numeral, sentences
 
-#: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
-#: a state of every greater limit.
+#: Last words of the names of numbers that limit forces. A state that does not reach such a limit is also a
+#: state of a scene with a greater limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-_MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
+_MOST_NAMED = 3  #: Largest number of values that a sentence lists; the others are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
 Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
-    """Return the warnings of a run as columns: one text, and the records that :func:`warnings_of_rows`
-    reads."""
-    told = sentences(warnings)
+    """Return the warnings of a run as two columns.
+
+    ``warnings`` is a text. ``warned`` has the records of the warnings for :func:`warnings_of_rows`.
+    """
+    texts = sentences(warnings)
     records = [
-        {"sentence": sentence, **plain(warning.as_dict())}
-        for warning, sentence in zip(warnings, told, strict=True)
+        {"sentence": text, **plain(warning.as_dict())} for warning, text in zip(warnings, texts, strict=True)
     ]
-    return {"warnings": "; ".join(told), "warned": records}
+    return {"warnings": "; ".join(texts), "warned": records}
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
@@ -51,25 +52,26 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
             if index not in runs[-1:]:
                 runs.append(index)
     for code, runs in runs_by_code.items():
-        first = [record for record in rows[runs[0]]["warned"] if record["code"] == code]
+        first_records = [record for record in rows[runs[0]]["warned"] if record["code"] == code]
         where = ""
-        if len(runs) < len(rows) or len(sentences_by_code[code]) > len(first):
+        if len(runs) < len(rows) or len(sentences_by_code[code]) > len(first_records):
             others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
             where = f" (at {_named(points[runs[0]])}{others})"
-        for record in first:
+        for record in first_records:
             yield record | {"sentence": record["sentence"] + where, "runs": len(runs)}
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, Any]]:
     """Yield a record for each friction, cohesion or strength with which the lowest load factor falls.
 
-    The load factors compared are those of one value and of the next greater one, with all other varied
-    numbers equal. The record is of the largest fall.
+    Runs are compared that differ by one step of this number, with all other varied numbers equal. The record
+    is that of the largest fall.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
-        if fall := _largest_fall(frame, name, others):
-            yield fall
+        record = _largest_fall(frame, name, others)
+        if record:
+            yield record
 
 
 def is_limit(name: str) -> bool:
@@ -78,8 +80,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of the other of two runs that differ from those of the first, such as "tie.strength =
-    40"."""
+    """Return the values of ``other`` that differ from those of ``run`` as text: "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
@@ -103,7 +104,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: {reason} (method 'refined' with search=10 looks for it)"
+        f"{numeral(second[name], 'g')}{beside}: {reason} (option search=10 looks for it)"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,
@@ -116,6 +117,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
 
 
 def _named(point: Point) -> str:
-    told = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
-    more = f" and {counted(len(told) - _MOST_NAMED, 'more value')}" if len(told) > _MOST_NAMED else ""
-    return ", ".join(told[:_MOST_NAMED]) + more
+    """Return the first values of a run as text, and the number of the other values."""
+    values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
+    more = f" and {counted(len(values) - _MOST_NAMED, 'more value')}" if len(values) > _MOST_NAMED else ""
+    return ", ".join(values[:_MOST_NAMED]) + more

@@ -1,4 +1,4 @@
-"""Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
+"""Runs of a scene with different values of its numbers: solved in parallel, recorded, returned as a table."""
 
 import contextlib
 import pickle
@@ -41,14 +41,13 @@ from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEn
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 from masonry_opt.words.load_factors import LOWEST, own_name
 
-#: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
-#: machine and time.
+#: Columns of a run after its values, in order, with their types. Only ``seconds`` differs between machines.
 COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
     "states": "Int64",
-    **dict.fromkeys(("expected", "spread_lower", "spread_upper", "associative"), "float64"),
+    **dict.fromkeys(("incremental", "spread_lower", "spread_upper", "associative"), "float64"),
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "float64"),
     "mechanism": "object",
     **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
@@ -56,68 +55,70 @@ COLUMNS = {
     "seconds": "float64",
 }
 
-#: Columns of a study of many runs: those of each run, where its answer was found if in another run, and what
-#: looks unintended in its scene.
+#: Columns of a run in a sweep or sample: also the run in which its state was found, and its warnings.
 RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 
-EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the incremental load factor.
-#: Names of mechanisms by the one thing that joints do in them, beside coming apart.
-_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
-_LEAST = 0.02  #: Least length of an axis, over the largest load factor: less would magnify rounding.
-RunProgress = Callable[[int, int], None]  #: Called with how many runs are done, and of how many.
-_TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
+INCREMENTAL_COLUMN = (
+    "incremental_"  #: Prefix of the columns of a sample that concern the incremental load factor.
+)
+#: Name of a mechanism in which joints move in one way only, apart from separating.
+_MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
+#: Least length of an axis, over the largest load factor; a shorter axis would magnify rounding errors.
+_LEAST_AXIS = 0.02
+RunProgress = Callable[[int, int], None]  #: Called with the number of finished runs and of all runs.
+_TABLE = "runs.csv"  #: Name of the table of runs in the folder of a study.
+#: Advice if the table of a folder must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-_AGAINST = "load_factor"  #: Name of the chart of λ against a number; of several numbers the first part of it.
+_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; the prefix if there are several.
 HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
-
-_kept = threading.local()  #: Of a worker's thread: how the scenes of its study are solved, and its session.
-
-
-class Study(NamedTuple):
-    """What all runs share: how they are solved, and what makes a scene of values, from one or by itself."""
-
-    how: HowToSolve
-    make: Callable[[Mapping[str, float]], Scene]
-    scene: Scene | None = None
-
-
-class StudyOutput(NamedTuple):
-    """The folder of a study, the names of its files beside the table, and whether to replace foreign ones."""
-
-    folder: Path
-    beside: Sequence[str]
-    force: bool
-
-    def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
-        """Write the table of the runs and the files beside it; remove those of an earlier table.
-
-        Raises OutputError if a file cannot be written or removed.
-        """
-        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force, _is_of_a_study)
-
-
-#: Names of the files that a sweep or a sample writes beside its table.
-_OF_A_STUDY = re.compile(
-    rf"({_AGAINST}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
+#: Names of the files that a sweep or a sample writes in addition to its table.
+_STUDY_FILES = re.compile(
+    rf"({_LINE_CHART}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
+#: Settings and session of the last study in a worker's thread: ``how`` (pickled) and ``session``.
+_thread_cache = threading.local()
 
-def _is_of_a_study(name: str) -> bool:
-    """Return True if a sweep or a sample writes a file of this name beside its table."""
-    return _OF_A_STUDY.fullmatch(name) is not None
+
+class Study(NamedTuple):
+    """Settings that all runs of a study share."""
+
+    how: HowToSolve
+    make: Callable[[Mapping[str, float]], Scene]  #: returns the scene of values by name
+    scene: Scene | None = None  #: scene whose numbers vary; None if ``make`` is a function of the user
+
+
+class StudyOutput(NamedTuple):
+    """Folder and files that a study writes."""
+
+    folder: Path
+    beside: Sequence[str]  #: names of the files in addition to the table of runs
+    force: bool  #: True if files that other programs wrote may be replaced
+
+    def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
+        """Write the table of the runs and additional files by name, and remove files of an earlier table.
+
+        Raises OutputError if a file cannot be written or removed.
+        """
+        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force, _is_study_file)
+
+
+def _is_study_file(name: str) -> bool:
+    """Return True if a sweep or a sample writes a file of this name in addition to its table."""
+    return _STUDY_FILES.fullmatch(name) is not None
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
-    """Return the names of a sweep's charts: λ against each number, or of two numbers a map beside it."""
+    """Return the names of a sweep's charts: λ against each number, and a heat map for two numbers."""
     if len(names) > 2:
-        return [f"{_AGAINST}_{number}" for number in range(1, len(names) + 1)]
-    return [_AGAINST, HEAT_MAP][: len(names)]
+        return [f"{_LINE_CHART}_{number}" for number in range(1, len(names) + 1)]
+    return [_LINE_CHART, HEAT_MAP][: len(names)]
 
 
 def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[str, str | bytes]:
-    """Return the files of a study's charts by name; none if the extra "studies" is not installed."""
+    """Return the files of a study's charts by name; no files if the extra "studies" is not installed."""
     with contextlib.suppress(OptionError):
         from masonry_opt.studies.charts import chart_contents
 
@@ -126,18 +127,20 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Return the row of a scene, solved as a pickled HowToSolve says. Each thread keeps its last session.
+    """Solve a scene by a pickled HowToSolve, and return its row. Each thread reuses its last session.
 
-    Beside RUN_COLUMNS the row has what :mod:`.shared_states` and :mod:`.run_warnings` read.
+    In addition to RUN_COLUMNS the row has the entries that :mod:`.shared_states` and :mod:`.run_warnings`
+    read.
     """
-    if getattr(_kept, "how", None) != how:
-        _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
-    session: Session = _kept.session
+    if getattr(_thread_cache, "how", None) != how:
+        _thread_cache.how = how
+        _thread_cache.session = Session(pickle.loads(how), Kept(keeps=True))
+    session: Session = _thread_cache.session
     result = session.solve(scene)
-    found = columns(result) | recorded_warnings(result.warnings)
+    entries = columns(result) | recorded_warnings(result.warnings)
     if session.method.seeks_lowest:
-        found |= recorded_state(result.assembly.problem, result.solution)
-    return found
+        entries |= recorded_state(result.assembly.problem, result.solution)
+    return entries
 
 
 def run_many(
@@ -148,31 +151,61 @@ def run_many(
     by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
-    """Return one row a point, in the order of the points, which are values by name.
+    """Solve a scene at each point, and return one row a point, in the order of the points.
 
-    Scenes are made in this process, and solved by worker processes or by those of a Dask scheduler. Finished
-    runs are kept in a journal in the folder of the output, and not made again. When all runs have ended, they
-    share their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of
-    sentences; ``attrs["warning_records"]`` has their codes too, and ``attrs["seeks_lowest"]`` tells whether
-    the method looks for the lowest state. The caller writes the output. If no run was solved,
-    NoRunSolvedError is raised, and the folder is as it was before.
+    A point is a dictionary of values by name. Scenes are made in this process, and solved by worker
+    processes or by the workers of a Dask scheduler. A journal in the folder of the output records finished
+    runs, which are not made again. When all runs have ended, they share their exact states
+    (:mod:`.shared_states`).
+
+    The frame has three attributes: ``attrs["warnings"]`` is a list of sentences, ``attrs["warning_records"]``
+    has their codes too, and ``attrs["seeks_lowest"]`` is True if the method looks for the lowest state. The
+    caller writes the output. If no run was solved, the folder stays as before, and NoRunSolvedError is
+    raised.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
     study.how.refuse_functions()
-    how = pickle.dumps(study.how)
     journal = None if output is None else _journal(output, study, points)
+    rows = _rows_of_runs(study, points, journal, by, progress)
+    for shared in shared_answers(rows, lambda index: study.make(points[index])):
+        differing = differing_values(points[shared.run], points[shared.found_in])
+        rows[shared.run] = rows[shared.run] | _columns_of_state(shared, differing)
+    frame = framed(rows, list(points[0]), RUN_COLUMNS)
+    records = [*journal.warnings] if journal else []
+    records += warnings_of_rows(rows, points)
+    if study.how.chosen.seeks_lowest:
+        records += warnings_of_falls(frame, list(points[0]))
+    frame.attrs["warning_records"] = records
+    frame.attrs["warnings"] = [record["sentence"] for record in records]
+    frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
+    if frame["status"].isin(UNSOLVED).all():
+        raise _nothing_solved(frame)
+    return frame
+
+
+def _rows_of_runs(
+    study: Study,
+    points: Sequence[Mapping[str, float]],
+    journal: Journal | None,
+    by: tuple[int | None, str | None],
+    progress: RunProgress,
+) -> list[dict[str, Any]]:
+    """Return the rows of all points, from the journal or solved by workers, in the order of the points."""
+    how = pickle.dumps(study.how)
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
+        """Yield index, journal key and task of the runs that the journal does not have."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # Of one scene values tell runs apart: none is made for a run that is known.
+                # The values identify a run of one scene, so that no scene is made for a recorded run.
                 scene = None if study.scene else study.make(points[index])
-                key = digest((values, scene and _of_scene(scene))) if journal else ""
-                if journal and (known := journal.find(key)):
-                    rows[index] = known
+                key = digest((values, scene and _scene_hash(scene))) if journal else ""
+                recorded = journal.find(key) if journal else None
+                if recorded:
+                    rows[index] = recorded
                     continue
                 scene = scene or study.make(points[index])
                 yield (index, key), partial(run_scene, how, scene)
@@ -182,29 +215,17 @@ def run_many(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # A run that crashed or died is made again by the same command: memory may have been short.
+            # The same command repeats a run that crashed or died: memory may have been short.
             if journal and end.how in (FINISHED, REFUSED):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
-    found = [rows[index] for index in range(len(points))]
-    for shared in shared_answers(found, lambda index: study.make(points[index])):
-        differing = differing_values(points[shared.run], points[shared.found_in])
-        found[shared.run] = found[shared.run] | _columns_of_state(shared, differing)
-    frame = framed(found, list(points[0]), RUN_COLUMNS)
-    damaged = journal.warnings if journal else []
-    falls = warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()
-    frame.attrs["warning_records"] = [*damaged, *warnings_of_rows(found, points), *falls]
-    frame.attrs["warnings"] = [record["sentence"] for record in frame.attrs["warning_records"]]
-    frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
-    if frame["status"].isin(UNSOLVED).all():
-        raise _nothing_solved(frame)
-    return frame
+    return [rows[index] for index in range(len(points))]
 
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Discard what is added to the journal inside if no run of the rows was solved."""
+    """Discard the rows that are added to the journal within the context if no run of ``rows`` was solved."""
     try:
         yield
     finally:
@@ -220,30 +241,30 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
-    """Return the columns that change where a state of another run replaces an answer."""
+    """Return the columns of a run whose answer is replaced by a state of another run."""
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
-    changed = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
-    changed |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
-    changed["message"] = f"the lowest state was found by the run at {found_at}, and is certified for this run"
+    entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
+    entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
+    entries["message"] = f"the lowest state was found by the run at {found_at}, and is certified for this run"
     certificate = shared.answer.certificate.as_dict()
-    return changed | certificate | mechanism(shared.assembly, solution)
+    return entries | certificate | mechanism(shared.assembly, solution)
 
 
 def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
-    """Return the journal of these runs.
+    """Return the journal of a study in its folder.
 
-    Raises OptionError if the folder holds other runs, a table that would lose some, or files that were not
-    written here.
+    Raises OptionError if the folder holds runs of another study, a table that would lose runs, or files of
+    other programs.
     """
     how, folder = study.how, output.folder
     head = {
-        "scene": "" if study.scene is None else _of_scene(study.scene),
-        "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
+        "scene": "" if study.scene is None else _scene_hash(study.scene),
+        "method": digest((how.method, how.model, how.solver, how.tolerance, how.incremental)),
         "options": digest(sorted(how.options.items())),
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # A journal of other runs is refused first; none is begun beside a table that stays.
+    # A journal of other runs is refused first. A new journal begins only if the table may be replaced.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _TABLE, points)
@@ -256,15 +277,21 @@ def framed(
     before: Iterable[str] | Mapping[str, str],
     of_runs: Mapping[str, str] = COLUMNS,
 ) -> pd.DataFrame:
-    """Return rows of runs as a frame: columns of these names, numbers if no types are given, then those of
-    runs."""
+    """Return rows of runs as a frame with typed columns.
+
+    Parameters
+    ----------
+    rows: Entries by column, one dictionary a run.
+    before: Names of the first columns, or their types by name; without types they are numbers.
+    of_runs: Types of the other columns by name.
+    """
     types = dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")
     types |= of_runs
     return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
-    """Raise OptionError if a file is no table of these points or of some of them."""
+    """Raise OptionError if a file exists and is no table of runs, or has runs of other points."""
     if not path.exists():
         return
     try:
@@ -272,35 +299,38 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
         raise OptionError(f"{path}: is there already, and no table of runs: {_INSTEAD}") from None
-    wanted = {tuple(point.values()) for point in points}
-    same = [*values] == [*points[0]]
-    lost = sum(not same or run not in wanted for run in values.itertuples(index=False, name=None))
+    planned = {tuple(point.values()) for point in points}
+    same_columns = [*values] == [*points[0]]
+    recorded = values.itertuples(index=False, name=None)
+    lost = sum(not same_columns or run not in planned for run in recorded)
     if lost:
         raise OptionError(f"{path}: {lost} of its {counted(len(table), 'run')} would be lost: {_INSTEAD}")
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Order in which points that differ in joint properties alone follow: their programs are built once."""
+    """Return an order of the points in which points that differ in joint properties alone follow each other.
+
+    A worker builds the programs of such points only once.
+    """
     first: dict[tuple[float, ...], int] = {}
     others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
     return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """Return the row of a run: its values, then RUN_COLUMNS; of a run that did not finish, the reason."""
-    without = {"status": end.how, "reason": end.how, "message": end.reason}
-    found = end.value if end.how == FINISHED else without
+    """Return the row of a run: its values, then RUN_COLUMNS. A run that did not finish has its reason."""
+    unfinished = {"status": end.how, "reason": end.how, "message": end.reason}
+    entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
-    return dict(values) | empty | found | {"seconds": end.seconds}
+    return dict(values) | empty | entries | {"seconds": end.seconds}
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the columns of the row of a result."""
+    """Return the entries of COLUMNS for a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
-    spread = [said.values for said in solution.reasons if said.code is Code.SPREAD]
-    ends = [end for of in spread for kind in ("stiffness", "stress") for end in of[kind] or ()]
+    spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
-    own: dict[str, Any] = {
+    entries: dict[str, Any] = {
         "load_factor": solution.load_factor,
         "which": "" if solution.load_factor is None else own_name(result),
         "status": str(solution.status),
@@ -308,47 +338,63 @@ def columns(result: Result) -> dict[str, Any]:
         "any_load": solution.carries_any_load,
         "exact": result.exact,
         "states": solution.exact_states,
-        "expected": solution.expected_value,
-        "spread_lower": min(ends, default=None),
-        "spread_upper": max(ends, default=None),
+        "incremental": solution.incremental_value,
+        "spread_lower": min(spread, default=None),
+        "spread_upper": max(spread, default=None),
         "associative": solution.associative_value,
         "blocks": assembly.problem.blocks,
         "joints": len(assembly.joints.first),
         "message": result.message,
     }
-    return own | certificate | mechanism(assembly, solution)
+    return entries | certificate | mechanism(assembly, solution)
+
+
+def _spread_values(solution: Solution) -> list[float]:
+    """Return the ends of all ranges of the incremental load factor that the option ``spread`` computed."""
+    values: list[float] = []
+    for reason in solution.reasons:
+        if reason.code is Code.SPREAD:
+            for kind in ("stiffness", "stress"):
+                values += reason.values[kind] or ()
+    return values
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Name of the mechanism, and how many joints slide, hinge, come apart and crush; empty without one."""
+    """Return the name of the mechanism and the numbers of joints that slide, hinge, separate and crush.
+
+    Returns an empty dictionary if the solution has no mechanism.
+    """
     if solution.d is None:
         return {}
     motion = joint_motion(assembly, solution)
-    counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_NAMES, "separates")}
-    names = [name for kind, name in _NAMES.items() if counts[kind]]
+    counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_MECHANISM_NAMES, "separates")}
+    names = [name for kind, name in _MECHANISM_NAMES.items() if counts[kind]]
     if not names:
         names = ["separating" if counts["separates"] else "none"]
     return {"mechanism": names[0] if len(names) == 1 else "mixed", **counts}
 
 
-def _of_scene(scene: Scene) -> str:
-    # Of generators too: two files may say the same blocks, and vary otherwise.
+def _scene_hash(scene: Scene) -> str:
+    """Return a hash of a scene and of its case file.
+
+    The case file counts too: two files whose generators build equal blocks may differ once numbers vary.
+    """
     records = scene, scene.case, scene.load_case
-    return digest([None if one is None else one.model_dump_json() for one in records])
+    return digest([None if record is None else record.model_dump_json() for record in records])
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
-    """Ends of an axis that holds all finite load factors; 0 and 1 without any."""
+    """Return the ends of an axis that contains all finite load factors; 0 and 1 if there are none."""
     values = np.asarray(load_factors, dtype=float)
     finite = values[np.isfinite(values)]
     least, greatest = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    missing = (_LEAST * max(abs(least), abs(greatest)) or 0.1) - (greatest - least)
-    aside = max(0.0, missing) / 2
-    return least - aside, greatest + aside
+    least_length = _LEAST_AXIS * max(abs(least), abs(greatest)) or 0.1
+    margin = max(0.0, least_length - (greatest - least)) / 2
+    return least - margin, greatest + margin
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Whether each run has the least load factor, within SAME, shape (runs,)."""
+    """Return True for the runs with the least load factor, within the tolerance SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)

@@ -1,4 +1,4 @@
-"""``sample``: a scene whose numbers are uncertain, solved for values drawn from their distributions."""
+"""Function ``sample``: load factors of a scene whose numbers are random, by Monte Carlo simulation."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,7 +20,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit
 from masonry_opt.studies.many.runs import (
-    EXPECTED,
+    INCREMENTAL_COLUMN,
     RunProgress,
     Study,
     StudyOutput,
@@ -39,35 +39,40 @@ if TYPE_CHECKING:
 
     from masonry_opt.studies.charts import NamedChart
 
-RUNS = 128  #: Default number of runs: Sobol's points are most even for powers of two.
-CONFIDENCE = 0.95  #: Confidence of intervals, unless another is asked for.
+RUNS = 128  #: Default number of runs, a power of two: Sobol points are most uniform for powers of two.
+CONFIDENCE = 0.95  #: Default confidence of intervals.
 KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
-_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")  #: Tables beside that of the runs.
-_PRINTED = 5  #: Most rank correlations that are printed.
+_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")  #: Files of tables, in addition to the runs.
+_PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
+#: Largest size of a correlation before Fisher's transform, which is infinite for a correlation of 1.
+_LARGEST_CORRELATION = 1 - 1e-15
 
 
 @dataclass(frozen=True)
 class Sample(StudyAnswer):
-    """The load factors of a scene whose numbers were drawn, and beside them the incremental load factors.
+    """Load factors, and incremental load factors, of a scene for random values of its numbers.
 
-    A scene that falls by itself counts as collapsed at any load, a scene that is proven to carry any load as
-    collapsed at none. Any other run without a load factor is ``undecided``: it did not converge, is unlimited
-    without a proof, or its process crashed. Quantiles, probabilities and correlations are those of the
-    decided runs. Their limits count the undecided runs both ways: the lower limit of a probability as not
-    collapsed, the upper limit as collapsed. A run without an incremental load factor is undecided in the
-    numbers of that load factor. These numbers are NaN if no run has one.
+    Runs without a load factor count as follows:
 
-    A run is ``refused`` if the numbers drawn make no scene that can be solved. It counts nowhere.
+    - A scene that is unstable under its dead load counts as collapsed at any load.
+    - A scene that is proven to carry any load collapses at no load.
+    - Any other run is ``undecided``: it did not converge, is unlimited without a proof, or its process
+      crashed. Quantiles, probabilities and correlations are those of the decided runs. Their limits count
+      the undecided runs both ways: the lower limit of a probability as not collapsed, the upper limit as
+      collapsed.
+    - A run without an incremental load factor is undecided in the statistics of the incremental load factor.
+      These statistics are NaN if no run has an incremental load factor.
+    - A run is ``refused`` if its values make no scene that can be solved. No statistic counts it.
 
-    Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
-    points, which are closer to the truth than the intervals show.
+    Confidence intervals assume independent runs, and hold for any distribution. Up to 10 numbers are drawn
+    by Sobol points, whose statistics are more accurate than the intervals show.
 
     Attributes
     ----------
-    case: case file or title of the scene.
-    table: one row a run: the numbers drawn, then the columns of ``mo.sweep``.
-    drawn: names of the columns that were drawn.
-    distributions: of each number, in words.
+    case: Case file or title of the scene.
+    table: One row a run: the random values, then the columns of ``mo.sweep``.
+    drawn: Names of the columns with random values.
+    distributions: Distribution of each number, as text.
     """
 
     case: str
@@ -77,23 +82,26 @@ class Sample(StudyAnswer):
 
     @property
     def runs(self) -> int:
-        """Number of scenes solved."""
+        """Number of runs."""
         return len(self.table)
 
     @property
     def load_factors(self) -> np.ndarray:
         """Load factor of each run that was not refused, shape (n,).
 
-        It is -inf if the scene falls by itself, inf if it is proven to carry any load, and NaN if the run is
-        undecided.
+        It is -inf if the scene is unstable under its dead load, inf if the scene is proven to carry any load,
+        and NaN if the run is undecided.
         """
         return self._of_runs("load_factor")
 
     @property
-    def expected(self) -> np.ndarray:
-        """Incremental load factor of each run, as ``load_factors``; NaN where it is known of none."""
-        known = self._counting["expected"].notna().any()
-        return self._of_runs("expected") if known else np.full(len(self._counting), np.nan)
+    def incremental(self) -> np.ndarray:
+        """Incremental load factor of each run that was not refused, shape (n,), counted as ``load_factors``.
+
+        All values are NaN if no run has an incremental load factor.
+        """
+        known = self._counting["incremental"].notna().any()
+        return self._of_runs("incremental") if known else np.full(len(self._counting), np.nan)
 
     @property
     def _counting(self) -> pd.DataFrame:
@@ -101,6 +109,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
+        """Return a column of load factors, with ±inf or NaN for runs without one; see ``load_factors``."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -110,45 +119,53 @@ class Sample(StudyAnswer):
         return values
 
     def _of_both(
-        self, key: str, along: Sequence[Any], name: str, of: Callable[[np.ndarray], Sequence[Any]]
+        self, key: str, along: Sequence[Any], name: str, statistic: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """Return a number of the load factors with its limits, and those of the incremental load factors."""
+        """Return a statistic of the load factors and of the incremental load factors as a table.
+
+        Parameters
+        ----------
+        key, along: Name and values of the first column.
+        name: Name of the statistic's column.
+        statistic: Returns the statistic of load factors, its lower and its upper limit, each along the rows.
+        """
         columns: dict[str, Any] = {key: along}
-        for begin, values in (("", self.load_factors), (EXPECTED, self.expected)):
-            told = 3 * (np.nan,) if np.isnan(values).all() else of(values)
-            columns |= zip((begin + name, begin + "lower", begin + "upper"), told, strict=True)
+        for prefix, load_factors in (("", self.load_factors), (INCREMENTAL_COLUMN, self.incremental)):
+            decided = not np.isnan(load_factors).all()
+            value, lower, upper = statistic(load_factors) if decided else (np.nan, np.nan, np.nan)
+            columns |= {prefix + name: value, prefix + "lower": lower, prefix + "upper": upper}
         return pd.DataFrame(columns)
 
     @property
     def falling(self) -> int:
-        """Runs whose scene falls by itself."""
+        """Number of runs whose scene is unstable under its dead load."""
         return int((self.table["status"] == str(Status.UNSTABLE)).sum())
 
     @property
     def unlimited(self) -> int:
-        """Runs whose scene is proven to carry any load."""
+        """Number of runs whose scene is proven to carry any load."""
         return int(np.isposinf(self.load_factors).sum())
 
     @property
     def undecided(self) -> int:
-        """Runs that decide nothing, in the limits counted both as collapsed and as not."""
+        """Number of runs that are undecided; limits count them both as collapsed and as not collapsed."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
     def refused(self) -> int:
-        """Runs whose numbers make no scene that can be solved, which count nowhere."""
+        """Number of runs whose values make no scene that can be solved; no statistic counts them."""
         return int((self.table["status"] == REFUSED).sum())
 
     @property
     def failed(self) -> int:
-        """Runs whose process crashed, died or reached a limit: they are among the undecided ones."""
+        """Number of runs whose process crashed, died or reached a limit; they are undecided too."""
         return int(self._counting["status"].isin(UNSOLVED).sum())
 
     @property
     def counted(self) -> str:
-        """Return how many runs there are, and how many of them have no load factor, in words."""
-        known = self._counting["expected"].notna().any()
-        unexpected = known & np.isfinite(self.load_factors) & np.isnan(self.expected)
+        """Number of runs, and numbers of runs without a load factor, as text."""
+        has_incremental = self._counting["incremental"].notna().any()
+        unexpected = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
@@ -156,121 +173,128 @@ class Sample(StudyAnswer):
             "without an incremental λ: its limits count them both ways": int(unexpected.sum()),
             "refused, left out": self.refused,
         }
-        told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
-        return "; ".join([counted(self.runs, "run"), *told])
+        shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
+        return "; ".join([counted(self.runs, "run"), *shares])
 
     def quantiles(
         self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``; of the
-        incremental load factor: ``expected_value``, ``expected_lower``, ``expected_upper``.
+        """Return quantiles of the load factor and of the incremental load factor, with confidence limits.
 
-        The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
-        (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
-        to have one. Undecided runs come first in the order of the lower limit, and last in that of the upper.
+        The columns are ``probability``, ``value``, ``lower`` and ``upper``; those of the incremental load
+        factor begin with ``expected_``. The limits are two of the sorted load factors. Their ranks are
+        quantiles of the binomial distribution (n, p), with equal probabilities on both sides. Undecided runs
+        are sorted first for the lower limit, and last for the upper limit. A limit is NaN if there are too
+        few runs for it.
 
         Raises OptionError if a probability is not between 0 and 1.
         """
         _refuse_shares(probabilities=probabilities, confidence=[confidence])
 
-        def of(values: np.ndarray) -> Sequence[Any]:
-            decided = values[~np.isnan(values)]
-            first, last = (np.where(np.isnan(values), end, values) for end in (-math.inf, math.inf))
-            lower, upper = (
-                [stats.quantile_test(each, p=p).confidence_interval(confidence) for p in probabilities]
-                for each in (first, last)
-            )
-            middle = np.quantile(decided, probabilities, method="inverted_cdf")
-            return middle, [each.low for each in lower], [each.high for each in upper]
+        def interval(values: np.ndarray, probability: float) -> Any:
+            return stats.quantile_test(values, p=probability).confidence_interval(confidence)
 
-        return self._of_both("probability", probabilities, "value", of)
+        def statistic(values: np.ndarray) -> Sequence[Any]:
+            undecided = np.isnan(values)
+            value = np.quantile(values[~undecided], probabilities, method="inverted_cdf")
+            first, last = np.where(undecided, -math.inf, values), np.where(undecided, math.inf, values)
+            lower = [interval(first, p).low for p in probabilities]
+            upper = [interval(last, p).high for p in probabilities]
+            return value, lower, upper
+
+        return self._of_both("probability", probabilities, "value", statistic)
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``;
-        by the incremental load factor ``expected_probability``, ``expected_lower``, ``expected_upper``.
+        """Return the probability of collapse at given load factors (the fragility curve).
 
-        It is the share of the decided runs whose load factor does not exceed them. The limits are Clopper &
-        Pearson's, the lower one as if no undecided run had collapsed, the upper one as if all had. By default
-        at the lowest and incremental load factors, and 5 % of their range to either side.
+        The columns are ``load``, ``probability``, ``lower`` and ``upper``; those by the incremental load
+        factor begin with ``expected_``. The probability is the share of the decided runs whose load factor
+        does not exceed the load. The limits are those of Clopper and Pearson (1934): the lower limit as if no
+        undecided run had collapsed, the upper limit as if all had.
 
         Raises OptionError if the confidence is not between 0 and 1.
+
+        Parameters
+        ----------
+        loads: Load factors. Default: those of all runs, and 5 % of their range beyond both ends.
+        confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
         if loads is None:
-            found = np.unique(np.r_[self.load_factors, self.expected])
-            found = found[np.isfinite(found)]
-            least, greatest = ends(found)
-            aside = 0.05 * (greatest - least) if len(found) else 0.0
-            loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        n, aside = len(self._counting), (1 - confidence) / 2
+            loads = self._loads_of_runs()
+        n, tail = len(self._counting), (1 - confidence) / 2
 
-        def of(values: np.ndarray) -> Sequence[Any]:
+        def statistic(values: np.ndarray) -> Sequence[Any]:
             decided = np.sort(values[~np.isnan(values)])
             collapsed = np.searchsorted(decided, loads, side="right")
             most = collapsed + n - len(decided)
             with np.errstate(invalid="ignore"):
-                lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(aside, collapsed, n - collapsed + 1))
-                upper = np.where(most == n, 1.0, stats.beta.ppf(1 - aside, most + 1, n - most))
+                lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(tail, collapsed, n - collapsed + 1))
+                upper = np.where(most == n, 1.0, stats.beta.ppf(1 - tail, most + 1, n - most))
             return collapsed / len(decided), lower, upper
 
-        return self._of_both("load", loads, "probability", of)
+        return self._of_both("load", loads, "probability", statistic)
+
+    def _loads_of_runs(self) -> list[float]:
+        """Return all finite load factors of the runs, and 5 % of their range beyond both ends."""
+        loads = np.unique(np.r_[self.load_factors, self.incremental])
+        loads = loads[np.isfinite(loads)]
+        least, greatest = ends(loads)
+        margin = 0.05 * (greatest - least) if len(loads) else 0.0
+        return [max(least - margin, 0.0), *loads.tolist(), greatest + margin]
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Spearman's rank correlation of the load factor with each number drawn, strongest first:
-        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the incremental load factor
-        ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
-        number, is the same in all runs. Loads that differ by rounding have one rank; undecided runs
-        have none.
+        """Return Spearman's rank correlation of the load factor with each random number, strongest first.
 
-        The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
-        of one of the loads hold at once with the confidence (Bonferroni).
+        The columns are ``parameter``, ``rank_correlation``, ``lower`` and ``upper``; those of the
+        incremental load factor begin with ``expected_``. A correlation is NaN if the load factor or the
+        number is constant. Load factors that differ by rounding errors have equal ranks. Undecided runs are
+        left out.
+
+        The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
+        (2000). The intervals of all numbers hold together with the given confidence (Bonferroni).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
         _refuse_shares(confidence=[confidence])
         drawn = self._counting[list(self.drawn)]
-        each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
+        deviations = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
-        def of(values: np.ndarray) -> Sequence[Any]:
-            # Friction may jam in an undecided run: its load factor is neither the least nor the largest.
-            told = ~np.isnan(values)
-            values, known = values[told], np.abs(values[np.isfinite(values)])
-            step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
-            ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index[told])
-            r = drawn[told].rank().corrwith(ranks).to_numpy().clip(-1, 1)
+        def statistic(values: np.ndarray) -> Sequence[Any]:
+            # A run may be undecided because friction locks: its rank is unknown.
+            ranked = ~np.isnan(values)
+            values, sizes = values[ranked], np.abs(values[np.isfinite(values)])
+            step = (SAME * float(np.median(sizes)) if len(sizes) else 0.0) or 1.0
+            ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index[ranked])
+            r = drawn[ranked].rank().corrwith(ranks).to_numpy().clip(-1, 1)
             degrees = len(values) - 3
-            half = each * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
-            # Of a perfect correlation Fisher's transform is infinite.
-            middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
-            return r, np.tanh(middle - half), np.tanh(middle + half)
+            half_width = deviations * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
+            middle = np.arctanh(r.clip(-_LARGEST_CORRELATION, _LARGEST_CORRELATION))
+            return r, np.tanh(middle - half_width), np.tanh(middle + half_width)
 
-        found = self._of_both("parameter", self.drawn, "rank_correlation", of)
-        # Rounded, and sorted stably: equal ones stay in the order in which they were named.
-        strength = found.filter(like="rank_correlation").abs().max(axis=1).round(12)
-        return found.loc[strength.sort_values(ascending=False, kind="stable").index].reset_index(drop=True)
+        table = self._of_both("parameter", self.drawn, "rank_correlation", statistic)
+        # Rounding and a stable sort keep equal correlations in the order of the distributions.
+        strength = table.filter(like="rank_correlation").abs().max(axis=1).round(12)
+        return table.loc[strength.sort_values(ascending=False, kind="stable").index].reset_index(drop=True)
 
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Quantiles, fragility and sensitivity, by these names."""
+        """Return the tables "quantiles", "fragility" and "sensitivity" by name."""
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings of the runs, on runs without an answer, and on falls of λ as a strength grows."""
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
-        return [*records, *self._falls()] if self.table.attrs.get("seeks_lowest", True) else records
+        if self.table.attrs.get("seeks_lowest", True):
+            records += self._falls()
+        return records
 
     def _without_answer(self) -> Iterator[dict[str, Any]]:
-        """Yield how many runs were refused or decide nothing, by status, and why the first one does."""
+        """Yield a warning for each status of refused and of undecided runs, with their number."""
         refused = self.table[self.table["status"] == REFUSED]
         undecided = self._counting[np.isnan(self.load_factors)]
-        for code, rows, what in (
-            (StudyCode.RUNS_LEFT_OUT, refused, "left out"),
-            (StudyCode.RUNS_UNDECIDED, undecided, "undecided"),
-        ):
-            for status in rows["status"].unique():
-                same = rows[rows["status"] == status]
-                why = str(same["message"].iloc[0] or "")
-                sentence = f"{counted(len(same), 'run')} {what} ({status}): {why}".removesuffix(": ")
-                yield study_warning(code, sentence, status=status, count=len(same), message=why)
+        yield from _warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
+        yield from _warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
 
     def _falls(self) -> Iterator[dict[str, Any]]:
         """Yield a record for each friction, cohesion or strength with whose growth the load factor falls.
@@ -284,86 +308,119 @@ class Sample(StudyAnswer):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
                 reason = "more of it weakens the scene, or lower states were missed where there is less"
-                sentence = f"{falls} ({by}): {reason} (method 'refined' with search=10 looks for them)"
+                sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
     def told(self) -> pd.DataFrame:
+        """Table that a notebook shows: the quantiles."""
         return self.quantiles()
 
     def _source(self) -> str:
+        """Return the fragility curve as the address of an image."""
         return self.drawing(KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
-        """Draw the "fragility" curve or the "sensitivity" to what was drawn, as a chart of Altair.
+        """Return the "fragility" curve, or the "sensitivity" to each random number, as an Altair chart.
 
-        Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
+        Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
         return self.drawing(kind).on_paper()
 
     def drawing(self, kind: str) -> "NamedChart":
-        """The chart of a kind. Raises OptionError if Altair is not installed."""
-        # Charts are slow to import: only when they are needed.
+        """Return the chart of a kind, with its name, title and notes.
+
+        Raises OptionError if Altair is not installed.
+        """
+        # The module of charts is slow to import, so it is imported only here.
         from masonry_opt.studies.many import charts
 
         case = Path(self.case)
-        # A scene made in Python has a title instead, which may have dots.
+        # A scene made in Python has a title in place of a path; the title may contain dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
+        """Return the findings by label, as printed."""
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
-        told = {"case": self.case, "drawn": drawn, "solved": self.counted}
-        told["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
+        facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
+        facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
         lower, upper = self.table["spread_lower"], self.table["spread_upper"]
         if lower.notna().any():
-            share = ((upper - lower) / self.table["expected"]).median()
+            share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
             by = f"by {share:.1%} (median) with other stiffness of contacts and self-stress"
-            told["spread"] = f"the incremental λ of a run {by}, in all {within}"
-        return told
+            facts["spread"] = f"the incremental λ of a run {by}, in all {within}"
+        return facts
 
     def __str__(self) -> str:
-        text = []
+        lines = []
         for row in self.quantiles().to_dict("records"):
-            told = _told(row, "value", ".5f")
-            text.append(f"{row['probability']:<6.0%} of λ below {told}, with {CONFIDENCE:.0%} confidence")
-        for row in self.sensitivity().dropna(thresh=4).head(_PRINTED).to_dict("records"):
-            text.append(f"rank correlation with {row['parameter']} {_told(row, 'rank_correlation', '+.3f')}")
-        return printable("\n".join([super().__str__(), *text]))
+            value = _statistic_text(row, "value", ".5f")
+            lines.append(f"{row['probability']:<6.0%} of λ below {value}, with {CONFIDENCE:.0%} confidence")
+        for row in self.sensitivity().dropna(thresh=4).head(_PRINTED_CORRELATIONS).to_dict("records"):
+            correlation = _statistic_text(row, "rank_correlation", "+.3f")
+            lines.append(f"rank correlation with {row['parameter']} {correlation}")
+        return printable("\n".join([super().__str__(), *lines]))
 
     def as_dict(self) -> dict[str, Any]:
-        """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        told: dict[str, Any] = {"case": self.case, "distributions": dict(self.distributions)}
+        """Return everything but the single runs as plain values; numbers that are not finite are None."""
+        result: dict[str, Any] = {"case": self.case, "distributions": dict(self.distributions)}
         counts = ("runs", "falling", "unlimited", "undecided", "refused", "failed")
-        told |= {name: getattr(self, name) for name in counts}
-        told["warnings"] = self.warning_records
+        result |= {name: getattr(self, name) for name in counts}
+        result["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
-        return told | {"confidence": CONFIDENCE} | tables
+        return result | {"confidence": CONFIDENCE} | tables
 
 
-def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return a statistic of the load factor with its confidence limits, and of the incremental one."""
+def _warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
+    """Yield a warning for each status of runs: the number of runs, their kind, and the first message."""
+    for status in rows["status"].unique():
+        of_status = rows[rows["status"] == status]
+        why = str(of_status["message"].iloc[0] or "")
+        sentence = f"{counted(len(of_status), 'run')} {kind} ({status}): {why}".removesuffix(": ")
+        yield study_warning(code, sentence, status=status, count=len(of_status), message=why)
 
-    def said(value: float) -> str:
-        if math.isfinite(value):
-            return numeral(value, spec)
-        return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
-    told = (map(said, (row[of + column] for column in (name, "lower", "upper"))) for of in ("", EXPECTED))
-    found, beside = (f"{value} ({lower} to {upper})" for value, lower, upper in told)
-    if math.isnan(row[EXPECTED + name]):
-        return found
-    return f"{found}; incremental {'the same' if beside == found else beside}"
+def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
+    """Return a statistic with its limits as text, of the load factor and of the incremental load factor.
+
+    Parameters
+    ----------
+    row: Row of a table of ``Sample``.
+    name: Name of the statistic's column.
+    spec: Format of numbers.
+    """
+
+    def with_limits(prefix: str) -> str:
+        value, lower, upper = (_value_text(row[prefix + end], spec) for end in (name, "lower", "upper"))
+        return f"{value} ({lower} to {upper})"
+
+    statistic = with_limits("")
+    if math.isnan(row[INCREMENTAL_COLUMN + name]):
+        return statistic
+    incremental = with_limits(INCREMENTAL_COLUMN)
+    return f"{statistic}; incremental {'the same' if incremental == statistic else incremental}"
+
+
+def _value_text(value: float, spec: str) -> str:
+    """Return a load factor, or a statistic of load factors, as text; words if it is not finite."""
+    if math.isfinite(value):
+        return numeral(value, spec)
+    if math.isnan(value):
+        return "unknown"
+    return "none" if value < 0 else "any load"
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:
+    """Raise OptionError for the first number that is not between 0 and 1, with its name."""
     for name, values in shares.items():
-        if wrong := [value for value in values if not 0 < value < 1]:
+        wrong = [value for value in values if not 0 < value < 1]
+        if wrong:
             raise OptionError(f"{name} must lie between 0 and 1 (found {wrong[0]})")
 
 
@@ -382,18 +439,11 @@ def sample(
     progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> Sample:
-    """Find the load factors of a scene whose numbers are uncertain.
+    """Solve a scene for random values of its uncertain numbers, which are independent of each other.
 
     >>> import masonry_opt as mo
-    >>> found = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)
-    >>> print(found)
-
-    Numbers are independent of each other.
-
-    Raises OptionError if a name, distribution or argument is wrong, the scene refuses a value drawn, or
-    ``out`` holds runs of something else, a table with other runs, or files of these names that were not
-    written here; CaseError if the scene is wrong; OutputError if ``out`` cannot be written (runs already made
-    are kept); NoRunSolvedError if every run was refused or crashed.
+    >>> wall = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)
+    >>> print(wall)
 
     Parameters
     ----------
@@ -402,14 +452,32 @@ def sample(
         ``("normal", mean, deviation)``, with mean and standard deviation of the number itself, the latter
         also as a share of the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of
         ``scipy.stats``. If the scene refuses a value drawn, such as a friction below zero, nothing is run.
-    n: Runs. A power of two is best. A larger number adds to the runs of a smaller one.
-    seed: The same seed gives the same table, with any number of workers.
+    n: Number of runs, best a power of two. The runs of a smaller number are the first of a larger number.
+    seed: Seed of the random numbers. Equal seeds give equal tables, with any number of workers.
     by: "scene": one value for all joints. "course": properties of joints (``joints.friction``, ...) are drawn
         for each course (the joints at one height), independent of the others. "joint": for each joint.
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and charts of the
         last two. Runs that it holds already are not made again.
     force, workers, dask, progress: As of ``mo.sweep``.
+
+    Returns
+    -------
+    Sample
+        The runs, with quantiles, fragility curve and rank correlations.
+
+    Raises
+    ------
+    OptionError
+        If a name, a distribution or an argument is wrong, if the scene refuses a random value, or if ``out``
+        holds runs of another study, a table with other runs, or files with the same names from other
+        programs.
+    CaseError
+        If the scene is wrong.
+    OutputError
+        If ``out`` cannot be written. Finished runs are kept.
+    NoRunSolvedError
+        If every run was refused or crashed.
     """
     scene = as_scene(scene)
     n, seed = whole("n", n, 1), whole("seed", seed, 0)
@@ -419,9 +487,9 @@ def sample(
     points: list[Any] = values.to_dict("records")
     output = None if out is None else StudyOutput(Path(out), [*_TABLES, *chart_files(KINDS)], force)
     table = run_many(study, points, output=output, by=(workers, dask), progress=progress)
-    found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
+    drawn = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if output is not None:
-        tables = {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()}
-        charts = charts_if_installed("Sample", lambda: [found.drawing(kind) for kind in KINDS])
+        tables = {f"{name}.csv": csv_text(frame) for name, frame in drawn.tables().items()}
+        charts = charts_if_installed("Sample", lambda: [drawn.drawing(kind) for kind in KINDS])
         output.write(table, tables | charts)
-    return found
+    return drawn

@@ -24,19 +24,19 @@ from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.scene import Scene
 
-#: Joints, in space contact points, up to which states are recorded: beyond, each takes more than 150 kB of a
-#: journal and of memory.
+#: Largest number of joints (in space of contact points) of scenes whose states are recorded. A state of a
+#: larger scene takes more than 150 kB of the journal and of memory.
 RECORDED_UP_TO = 3000
 
-#: Factor on the limits of exact states in the screen. A smaller one may rule out states that the certificate
-#: accepts; a larger one leaves it more states to refuse.
+#: Factor on the limits of exact states in the screen. A smaller factor may rule out states that the
+#: certificate accepts; a larger factor passes more states that the certificate refuses.
 MARGIN = 10.0
 
 Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_state` adds.
 
 
 class FoundState(NamedTuple):
-    """An exact state, and the run that found it."""
+    """Exact state with the run that found it."""
 
     run: int  #: index of the run
     load_factor: float  #: λ
@@ -45,20 +45,20 @@ class FoundState(NamedTuple):
 
 
 class SharedAnswer(NamedTuple):
-    """A state of one run that is the answer of another."""
+    """Exact state of one run that replaces the answer of another run."""
 
     run: int  #: index of the run whose answer it is
     found_in: int  #: index of the run that found the state
-    answer: Answer  #: the state, with its certificate by the matrices of the first run
-    assembly: Assembly  #: of the first run
+    answer: Answer  #: the state, with its certificate by the matrices of ``run``
+    assembly: Assembly  #: assembly of the scene of ``run``
 
 
 def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
-    """Return what :func:`shared_answers` needs of a run, as text that a journal keeps.
+    """Return the entries of a run that :func:`shared_answers` needs, as text for a journal.
 
     - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
-      The hash is missing where no state of another run can be the answer: of scenes that fall, and of loads
-      that are proven to cause no collapse.
+      The hash is missing if no state of another run can be the answer: the scene is unstable under its dead
+      load, or it is proven to carry any load.
     - ``forces``, ``velocities``: the exact state that the run found, if it found one.
     """
     may_take_states = solution.load_factor is not None or solution.status in (
@@ -78,18 +78,18 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
     """Yield the answers of runs for which another run found a lower state.
 
-    Each is certified as exact by the matrices and limits of the run whose answer it replaces, and is the
-    lowest such state. The order in which the runs ended changes nothing.
+    A yielded state is certified as exact by the matrices and limits of the run whose answer it replaces. It
+    is the lowest of the states that are. The answers do not depend on the order in which the runs ended.
 
     Parameters
     ----------
     rows: One row a run, with its ``load_factor`` and the entries of :func:`recorded_state`.
-    make: Returns the scene of a run by its index.
+    make: Function that returns the scene of a run by its index.
     """
     groups: dict[str, list[int]] = {}
     for index, row in enumerate(rows):
-        if balance := row.get("balance"):
-            groups.setdefault(balance, []).append(index)
+        if row.get("balance"):
+            groups.setdefault(row["balance"], []).append(index)
     for runs in groups.values():
         states = [_found_state(rows[index], index) for index in runs if rows[index].get("forces")]
         states.sort(key=lambda state: (state.load_factor, state.run))
@@ -126,7 +126,7 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Return the screen of states of the problems that have this one's equilibrium matrix and loads."""
+        """Return the screen of a group of states; the problems of a group have equal matrices and loads."""
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
         return cls(
@@ -140,7 +140,7 @@ class Screen:
     def possible(self, problem: Problem, states: Sequence[FoundState]) -> list[FoundState]:
         """Return the states that may be exact states of a problem, in their order.
 
-        The others exceed the limit of a force, or waste energy in joints that slide below their shear limit.
+        The other states exceed the limit of a force, or have joints that slide below their shear limit.
         """
         rows = [self.row[state.run] for state in states]
         most = LIMITS[Kind.EXACT]
@@ -171,11 +171,12 @@ def _certified_by(problem: Problem, state: FoundState) -> Answer | None:
 
 
 def _found_state(row: Row, index: int) -> FoundState:
+    """Return the exact state that is recorded in the row of a run."""
     return FoundState(index, row["load_factor"], _as_array(row["forces"]), _as_array(row["velocities"]))
 
 
 def _balance_hash(problem: Problem) -> str:
-    """Return a hash of all that equilibrium depends on, with the unit in which forces are measured."""
+    """Return a hash of the equilibrium matrix, the loads and the units of force and length."""
     B = problem.B
     content = hashlib.sha256(repr((B.shape, problem.force_unit, problem.length_unit)).encode())
     for part in (B.indptr, B.indices, B.data, problem.dead, problem.live):
@@ -184,8 +185,10 @@ def _balance_hash(problem: Problem) -> str:
 
 
 def _as_text(values: np.ndarray) -> str:
+    """Return the exact bytes of an array of numbers as text, for a journal."""
     return base64.b64encode(values.astype("<f8").tobytes()).decode("ascii")
 
 
 def _as_array(text: str) -> np.ndarray:
+    """Return the array of numbers that ``_as_text`` wrote."""
     return np.frombuffer(base64.b64decode(text), "<f8").astype(float)

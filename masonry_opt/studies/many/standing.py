@@ -1,4 +1,4 @@
-"""Whether a scene stands under its dead load, and its margin of either sign."""
+"""Margin of a scene under its dead load alone: positive if the scene is stable, negative if it is not."""
 
 from dataclasses import replace
 from math import inf
@@ -26,27 +26,30 @@ from masonry_opt.words.sentences import message
 
 
 class DeadLoadMargin(NamedTuple):
-    """How a scene stands under its dead load alone: the margin in median block weights, below zero where no
-    state of equilibrium exists, with its residuals; and a result without a load factor, of the forces that
-    carry the dead load, or the mechanism that it drives. Where there is no such number (joints that crush;
-    blocks that wedge; smooth joints) it is inf if the scene stands, -inf if it falls, without residuals."""
+    """Stability of a scene under its dead load alone.
 
-    margin: float
-    certificate: Certificate | None
-    result: Result
+    Some scenes have no finite margin: joints that crush, blocks that wedge, joints without friction. Their
+    margin is inf if the scene is stable and -inf if it is unstable, without a certificate.
+    """
+
+    margin: float  #: in median block weights; negative if no state of equilibrium exists
+    certificate: Certificate | None  #: residuals of the margin
+    result: Result  #: forces that carry the dead load, or the mechanism that it drives; no load factor
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
-    """How a scene stands under its dead load alone. Raises CaseError if the scene is wrong, NoLoadFactorError
-    if it cannot be decided whether it stands.
+    """Return the margin of a scene under its dead load alone.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
-    every joint: eq. (9) with the live load B e, where e has one in place of each normal force. It is the
-    greatest amount by which all normal forces exceed what shear and moment need.
+    every joint. It solves eq. (9) with the live load B e, where e is 1 for every normal force and 0 for
+    shears. The margin is the greatest amount by which all normal forces exceed the normal forces that shear
+    and moment need.
+
+    Raises CaseError if the scene is wrong, and NoLoadFactorError if its stability cannot be decided.
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None
-    normal = np.zeros(problem.B.shape[1])  # one in place of each normal force
+    normal = np.zeros(problem.B.shape[1])  # e: a unit of normal force in each joint
     problem.at_points(normal)[:] = 1 / problem.layout.points
     solution = _margin(replace(problem, live=problem.B @ normal), solver, effort)
     if solution is None or solution.answer is None:
@@ -60,21 +63,25 @@ def standing(scene: Scene) -> DeadLoadMargin:
     solution = replace(solution, status=Status.STANDS, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
-    # The result has no load factor, and so no live load, tilt or published value.
-    still = replace(problem, live=np.zeros_like(problem.live))
-    dead = replace(assembly, problem=still, scene=scene.replace(tilt=None, reference={}))
+    # The result has no load factor, and therefore no live load, tilt or published value.
+    unloaded = replace(problem, live=np.zeros_like(problem.live))
+    dead = replace(assembly, problem=unloaded, scene=scene.replace(tilt=None, reference={}))
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Eq. (9) with that live load; None without an answer, and for joints that more pressure would crush."""
+    """Return the solution of eq. (9) with a live load that takes normal force off every joint.
+
+    Returns None without an acceptable answer, and for joints of limited strength, which a larger normal
+    force may crush.
+    """
     if len(pressed.crushing) or not pressed.live_norm:
         return None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # Complementarity is limited as a share of λ, but the margin may be zero, and the thrust of a long arch is
-    # hundreds of block weights: here the energy itself is limited.
+    # Complementarity is usually limited relative to λ. The margin may be zero, and the thrust of a long arch
+    # is hundreds of block weights, so the absolute energy is limited instead.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
@@ -82,7 +89,10 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
-    """The mechanism that the dead load drives; None if the scene stands."""
+    """Return the mechanism that the dead load drives, shape (3b,); None if the scene is stable.
+
+    Raises NoLoadFactorError if the stability cannot be decided.
+    """
     try:
         return falling_mechanism(problem, solver, effort)
     except DeadLoadUndecided as stopped:

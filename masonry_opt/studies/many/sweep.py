@@ -1,4 +1,4 @@
-"""A sweep: a scene's load factor over a grid of its numbers."""
+"""Function ``sweep``: the load factor of a scene over a grid of values of its numbers."""
 
 import inspect
 import itertools
@@ -47,14 +47,9 @@ def sweep(
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its numbers.
 
-    Raises OptionError if a name, a value, a method or an option is wrong, or ``out`` holds runs of something
-    else, a table with other runs, or files of these names that were not written here; CaseError if the case
-    file or scene is wrong as it stands; OutputError if ``out`` cannot be written (runs already made are
-    kept); NoRunSolvedError if every run was refused or crashed.
-
     Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
     state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
-    for methods that look for the lowest state: "mcp", "refined", "mpec" and "global".
+    for methods that look for the lowest state: "coulomb", "mpec" and "global".
 
     Parameters
     ----------
@@ -63,36 +58,52 @@ def sweep(
         :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
-        again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
+        again: an interrupted sweep continues where it stopped. A table that would lose runs is not replaced.
     force: Replace such a table, and files that were not written here. (Runs stay in ``journal.jsonl``.)
-    workers: Processes; by default one a core.
+    workers: Number of processes; by default one a core.
     dask: Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
-    progress: Called with the number of runs done, and of all.
+    progress: Function called with the number of finished runs and the number of all runs.
 
     Returns
     -------
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``which`` (name of this load factor, such as "lowest found" or "associative"), ``status``, ``reason``
-        (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
-        proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
-        switched off), ``spread_lower`` and ``spread_upper`` (of incremental load factors, with ``spread``),
-        ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        (code), ``any_load`` (True if the scene carries any load; proven by a Coulomb method), ``exact``,
+        ``states`` (number of different exact states found), ``incremental`` (incremental load factor; NaN if
+        it is switched off), ``spread_lower`` and ``spread_upper`` (range of incremental load factors, with
+        the option ``spread``), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
-        or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),
-        ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the run in which the state was
-        found, if another; else "") and ``warnings`` (of the run's scene). A run that fails is a row too, with
-        status "refused" if its values make no scene. (Any other error of a function ends the sweep; with
-        ``out`` the runs before it are kept.) ``attrs["warnings"]`` lists the warnings of all runs, each once.
+        or "none"), the numbers of joints in each of these motions (``slides``, ``hinges``, ``separates``,
+        ``crushes``), ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the other run in which
+        the state was found, else "") and ``warnings`` (of the run's scene).
+
+        A failed run is a row too, with status "refused" if its values make no scene. Any other error of a
+        scene function ends the sweep; with ``out`` the finished runs are kept. ``attrs["warnings"]`` lists
+        the warnings of all runs, each once.
+
+    Raises
+    ------
+    OptionError
+        If a name, a value, a method or an option is wrong, or if ``out`` holds runs of another study, a
+        table with other runs, or files with the same names from other programs.
+    CaseError
+        If the case file or the scene is wrong.
+    OutputError
+        If ``out`` cannot be written. Finished runs are kept.
+    NoRunSolvedError
+        If every run was refused or crashed.
     """
     points = grid(vary)
+    varied_scene: Scene | None = None
     if callable(scene) and not isinstance(scene, Scene):
-        of, make = None, _maker(scene, list(vary))
+        make = _maker(scene, list(vary))
     else:
-        parameters = Parameters(of := as_scene(scene))
+        varied_scene = as_scene(scene)
+        parameters = Parameters(varied_scene)
         parameters.check_names(vary)
         make = parameters.at
-    study = Study(prepare(method, **options).how, make, of)
+    study = Study(prepare(method, **options).how, make, varied_scene)
     output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
     frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     if output is not None:
@@ -108,8 +119,10 @@ def _drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Any]:
 
 
 def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """All combinations, the last name's values changing fastest. Raises OptionError if there are none, or a
-    value is no number."""
+    """Return all combinations of values; the values of the last name change fastest.
+
+    Raises OptionError if there are no values, if a value is no number, or if a value occurs twice.
+    """
     if not isinstance(vary, Mapping) or not vary:
         raise OptionError("vary must be values by name, such as {'joints.friction': [0.3, 0.4]}")
     axes: list[list[float]] = []
@@ -117,7 +130,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         if name in RUN_COLUMNS:
             raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
         try:
-            # Whole numbers stay whole, as counts must be.
+            # Integers stay integers: some numbers of a scene are counts.
             axis = [int(value) if isinstance(value, Integral) else float(value) for value in values]
         except (TypeError, ValueError):
             raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
@@ -130,13 +143,17 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
 
 
 def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Mapping[str, float]], Scene]:
-    """A function of the values. Raises OptionError if the user's takes other names or returns no scene."""
+    """Return a function of a dictionary of values that calls the scene function of the user.
+
+    Raises OptionError if the function has other parameters, and later if it returns no scene.
+    """
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
     except TypeError as error:
         raise OptionError(f"the function of the scene takes other arguments: {error}") from None
 
     def make(values: Mapping[str, float]) -> Scene:
+        """Return the scene of values by name."""
         scene = function(**values)
         if not isinstance(scene, Scene):
             raise OptionError(f"the function must return a Scene (found {type(scene).__name__})")
@@ -146,20 +163,21 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """The values of the first of some runs, and how many more there are."""
+    """Return the values of the first of some runs, and the number of the other runs, as text."""
     first = ", ".join(f"{name} = {rows.iloc[0][name]:g}" for name in names)
     return f"{first}, and in {counted(len(rows) - 1, 'more run')}" if len(rows) > 1 else first
 
 
 def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
-    """Results of a sweep over these names, in a few lines."""
-    found = frame["load_factor"].dropna()
-    lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
-    if len(found):
-        lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
-        lines.append(f"λ is {meaning(frame.loc[found.index, 'which'])}")
+    """Return the summary of a sweep over some names as text of a few lines."""
+    load_factors = frame["load_factor"].dropna()
+    lines = [f"{counted(len(frame), 'run')}, {len(load_factors)} with a load factor"]
+    if len(load_factors):
+        lines.append(f"λ from {numeral(load_factors.min(), '.6f')} to {numeral(load_factors.max(), '.6f')}")
+        lines.append(f"λ is {meaning(frame.loc[load_factors.index, 'which'])}")
         lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
-    if shared := frame[frame["state_from"] != ""].shape[0]:
+    shared = int((frame["state_from"] != "").sum())
+    if shared:
         lines.append(f"{counted(shared, 'run')} take a lower state found by another run (column state_from)")
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():

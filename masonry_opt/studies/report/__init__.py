@@ -1,1 +1,1 @@
-"""``report``: answers as one page for the file."""
+"""Report: answers about a scene on one page."""

@@ -1,4 +1,7 @@
-"""``report``: answers with their inputs, what was checked and what was not, as one page that prints whole."""
+"""Function ``report``: answers on one page that prints completely, with inputs, checks and what was left out.
+
+Each kind of answer becomes a ``Part`` of the page; the template ``report.html`` arranges the parts.
+"""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -40,80 +43,98 @@ from masonry_opt.words.page import RESIDUALS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
 
-Answer = Result | Crossing | Cases | Settlement | Capacity  #: What can be reported.
-_NAMED = 60  #: Blocks whose names are written into the drawing, at most.
-_BELOW = 0.08  #: Height below a drawing for its scale bar, over its width.
-_ROWS, _LINES = 150, 600  #: Rows of a table, and lines of a case, that are printed at most.
-#: Lists of a scene's records, by what their tables are headed.
-_RECORDS = {"Joints that differ": "exceptions", "Fill": "fills", "Loads on blocks": "loads"}
-_RECORDS |= {"Loads along edges": "edge_loads", "Ties": "ties", "Props": "props", "Load cases": "load_cases"}
+Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
+_MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
+_SCALE_BAR_HEIGHT = 0.08  #: Height below a drawing for its scale bar, over the width of the drawing.
+_MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
+_MOST_LINES = 600  #: Largest number of lines of a case file that is printed.
+#: Attributes of a scene that are lists of records, by the headings of their tables.
+_RECORDS = {
+    "Joints that differ": "exceptions",
+    "Fill": "fills",
+    "Loads on blocks": "loads",
+    "Loads along edges": "edge_loads",
+    "Ties": "ties",
+    "Props": "props",
+    "Load cases": "load_cases",
+}
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-_DOES = ("slides", "hinges", "separates", "crushes")  #: What joints do.
-_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")  #: An innermost list of TOML, written over several lines.
+_MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
+_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")  #: Innermost list of TOML that takes several lines.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """What an answer puts on the page."""
+    """Part of a report that one answer fills."""
 
-    heading: str  #: what it is of
-    says: str  #: the answer in a line
-    assembly: Assembly  #: of the scene as that was given
-    told: Mapping[str, Result] = field(default_factory=dict)  #: told in full, by what they are
-    others: Mapping[str, Result] = field(default_factory=dict)  #: results that are not
-    facts: Mapping[str, str] = field(default_factory=dict)  #: of the answer itself, as the next two
-    pictures: Mapping[str, Picture] = field(default_factory=dict)
-    tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
-    axles: Sequence[Axles] = ()  #: groups that crossed
-    left_open: Sequence[str] = ()  #: what this answer alone leaves open
-    left_out: Mapping[str, str] = field(default_factory=dict)  #: load cases without an answer, and why
+    heading: str  #: subject of the part
+    says: str  #: the answer in one line
+    assembly: Assembly  #: assembly of the scene that the user gave
+    told: Mapping[str, Result] = field(default_factory=dict)  #: results printed in full, by name
+    others: Mapping[str, Result] = field(default_factory=dict)  #: other results, by name
+    facts: Mapping[str, str] = field(default_factory=dict)  #: facts of the answer, by label
+    pictures: Mapping[str, Picture] = field(default_factory=dict)  #: pictures of the answer, by caption
+    tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)  #: tables of the answer, by heading
+    axles: Sequence[Axles] = ()  #: groups of axles that crossed
+    left_open: Sequence[str] = ()  #: sentences on questions that this answer leaves open
+    left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
-    followed: bool = False  #: whether a mechanism was, beyond its onset
-    pushed: bool = True  #: whether live loads play a part, so that results are load factors
-    varied: Collection[str] = ()  #: keys of the scene that the answer's own scene has otherwise
+    followed: bool = False  #: True if a mechanism was followed beyond its onset
+    pushed: bool = True  #: True if live loads act, so that results are load factors
+    varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
 
 
 def report(
     answer: Answer | Sequence[Answer], path: str | Path, *, units: str | None = None, force: bool = False
 ) -> None:
-    """Write answers as one page (.html) for the file, whole or not at all.
+    """Write answers about a scene as one page (.html), completely or not at all.
 
-    It has the answer, what was checked and what was not, the inputs, a drawing of the scene with a scale bar
-    (in space axes), results by load case and position, mechanism and thrust, the case, versions and date. It
-    needs no network, and prints whole on A4; browsers write it as PDF.
-
-    Raises OptionError if there is no such answer, answers are of different scenes, units are not two names,
-    the name does not end in .html, the file cannot be written or replaced, or Jinja2, of the extra "studies",
-    is not installed; OSError if the file cannot be written.
+    The page has the answer, what was checked and what was not, the inputs, a drawing of the scene with a
+    scale bar (in space with axes), results by load case and position, mechanism and thrust, the case file,
+    versions and date. The page works offline and prints completely on A4; browsers save it as PDF.
 
     Parameters
     ----------
-    answer: of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
-        several of these about one scene, of equal content.
-    path: of the page.
-    units: of length and force, as in "m, kN", which case files do not say (default: not named).
-    force: whether to replace a file that was not written here.
+    answer: answer of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
+        a list of answers about scenes of equal content.
+    path: file of the page.
+    units: names of the units of length and force, as in "m, kN"; case files do not name them.
+    force: True to replace a file of another program.
+
+    Raises
+    ------
+    OptionError
+        If an argument is no answer; if answers are about different scenes; if units are not two names; if
+        the name of the file does not end in .html; if the file cannot be written or replaced; if Jinja2, of
+        the extra "studies", is not installed.
+    OSError
+        If the file cannot be written.
     """
     refuse_report(path, units, force)
     parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
-    varied = {key for part in parts for key in part.varied}  # beside which all scenes must be alike
+    varied = {key for part in parts for key in part.varied}  # the scenes may differ in these keys only
     scenes = [part.assembly.scene for part in parts]
     contents = [scene.model_dump(exclude=varied) for scene in scenes]
     if not scenes or any(content != contents[0] for content in contents):
         called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
         found = f"{called}, of different content" if scenes else "none"
         raise OptionError(f"a report is of answers about one scene (found {found})")
-    every, told = [part.heading for part in parts], []
-    for number, part in enumerate(parts, start=1):
-        # Headings that repeat get numbers.
-        again = f" ({every[:number].count(part.heading)})" if every.count(part.heading) > 1 else ""
-        told.append(replace(part, heading=part.heading + again))
-    write_whole(path, _page(told, _units(units)))
+    write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
+
+
+def _with_distinct_headings(parts: Sequence[Part]) -> list[Part]:
+    """Return the parts with numbers behind headings that occur more than once."""
+    headings, numbered = [part.heading for part in parts], []
+    for count, part in enumerate(parts, start=1):
+        occurs_again = headings.count(part.heading) > 1
+        number = f" ({headings[:count].count(part.heading)})" if occurs_again else ""
+        numbered.append(replace(part, heading=part.heading + number))
+    return numbered
 
 
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
-    """Raise OptionError if a report could not be written so: to be asked before long work."""
+    """Raise OptionError if a report cannot be written to a file; called before a long computation."""
     if not isinstance(path, str | Path):
         raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
     if not is_page(path):
@@ -123,91 +144,94 @@ def refuse_report(path: str | Path, units: str | None = None, force: bool = Fals
 
 
 def _units(units: str | None) -> dict[str, str]:
-    """By "length" and "force"; "" where they are not known."""
+    """Return the names of the units of "length" and "force"; "" if they are not given."""
     if units is None:
         return {"length": "", "force": ""}
-    named = [one.strip() for one in units.split(",")] if isinstance(units, str) else []
-    if len(named) != 2 or not all(named):
+    names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
+    if len(names) != 2 or not all(names):
         raise OptionError(f"units are those of length and force, as in 'm, kN' (found {units!r})")
-    return dict(zip(("length", "force"), named, strict=True))
+    return dict(zip(("length", "force"), names, strict=True))
 
 
 @singledispatch
 def _part(answer: object) -> Part:
+    """Return the part of a report for an answer. Raises OptionError if the argument is no answer."""
     studies = "solve, crossing, solve_cases, directions, settle or capacity"
     raise OptionError(f"a report is of what {studies} found (found {type(answer).__name__})")
 
 
 @_part.register
 def _(answer: Result) -> Part:
-    heading, told = _of_case("Collapse", answer), {f"method {answer.method}": answer}
-    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, told=told)
+    heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
+    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, told=results)
 
 
 @_part.register
 def _(answer: Crossing) -> Part:
     worst, least = answer.worst, answer.least
-    missed = [f"Load case '{name}': axles did not cross in it." for name in answer.not_crossed]
+    left_open = [f"Load case '{name}': axles did not cross in it." for name in answer.not_crossed]
     left_out = dict.fromkeys(answer.left_out, "it leaves axles out, and only solve answers it")
-    if least is None:  # the axles are loads of its scene
+    if least is None:  # the scene is unstable, and its axles have become loads
         varied = ("axles", "loads", "load_cases")
-        return replace(_part(worst), varied=varied, left_open=missed, left_out=left_out)
-    known, every = answer.facts(), len(answer.by_case) > 1 and not missed
-    axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
-    named = f"Axles {', '.join(map(repr, axles))}"
-    governs = f"; '{worst.load_case}' governs" if every else ""
-    open_ = f"Positions between those solved ({known['solved']}): λ may be less there."
+        return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
+    facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open
+    axles = {trials.passage.axles.name: trials.passage.axles for trials in answer.passages}
+    subject = f"Axles {', '.join(map(repr, axles))}"
+    governs = f"; '{worst.load_case}' governs" if all_cases else ""
+    if answer.bound is None:
+        between = f"Positions between those solved ({facts['solved']}): λ may be less there."
+        left_open = [between, *left_open]
     return Part(
-        heading=f"{named}, every load case" if every else _of_case(named, worst),
-        says=f"governing {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
+        heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
+        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
-        facts=known,
+        facts=facts,
         pictures=answer.pictures(),
         tables=answer.page_tables(),
         axles=list(axles.values()),
         varied=("axles",),
-        left_open=[*([open_] if answer.bound is None else []), *missed],
+        left_open=left_open,
         left_out=left_out,
-        crossed=[one.passage.case for one in answer.passages if one.passage.case],
+        crossed=[trials.passage.case for trials in answer.passages if trials.passage.case],
     )
 
 
 @_part.register
 def _(answer: Cases) -> Part:
-    found, what, shaken = answer.to_draw, answer.what, isinstance(answer, Directions)
-    sure = [certainty(result) or result.message for result in answer.results.values()]
-    rows = answer.table.assign(sure=sure).drop(columns="exact")
+    drawn, kind, are_earthquakes = answer.to_draw, answer.what, isinstance(answer, Directions)
+    certainties = [certainty(result) or result.message for result in answer.results.values()]
+    rows = answer.table.assign(sure=certainties).drop(columns="exact")
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
     return Part(
-        heading=_of_case("Earthquakes", found) if shaken else "Load cases",
-        says=f"{named_factor(found)}: {governs} of {counted(len(answer.results), what)}",
-        assembly=found.assembly,
-        told={answer.governing or next(iter(answer.results)): found},
+        heading=_of_case("Earthquakes", drawn) if are_earthquakes else "Load cases",
+        says=f"{named_factor(drawn)}: {governs} of {counted(len(answer.results), kind)}",
+        assembly=drawn.assembly,
+        told={answer.governing or next(iter(answer.results)): drawn},
         others=answer.results,
-        pictures={f"λ by {what}": answer.plot()},
-        tables={f"Every {what} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
+        pictures={f"λ by {kind}": answer.plot()},
+        tables={f"Every {kind} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
         left_out=dict.fromkeys(answer.left_out, "its axles move, and only a crossing answers it"),
-        varied=("earthquake",) if shaken else (),
+        varied=("earthquake",) if are_earthquakes else (),
     )
 
 
 @_part.register
 def _(answer: Settlement) -> Part:
-    known = answer.facts()
+    facts = answer.facts()
+    reactions = [f"{end} reaction {facts[end].splitlines()[0].partition(';')[0]}" for end in answer.ends]
     results = {
         f"{name} reaction, {KIND_NAMES[kind]}": result
         for name, end in answer.ends.items()
         for kind, result in end.results.items()
     }
-    said = [f"{end} reaction {known[end].splitlines()[0].partition(';')[0]}" for end in answer.ends]
     return Part(
-        heading=f"Settlement, {known['settles']}",
-        says="; ".join(said) or known["reaction"],
+        heading=f"Settlement, {facts['settles']}",
+        says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
         told={"how it falls": answer.fallen} if answer.fallen else {},
         others=results,
-        facts=known,
+        facts=facts,
         pictures=answer.pictures() if answer.ends else {},
         tables=answer.page_tables(),
         pushed=False,
@@ -230,62 +254,74 @@ def _(answer: Capacity) -> Part:
 
 
 def _of_case(heading: str, result: Result) -> str:
+    """Return a heading with the load case of a result, if it has one."""
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
 
 
 def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
+    """Return the page of a report as HTML."""
     assembly = parts[0].assembly
     scene, problem = assembly.scene, assembly.problem
     axles = [group for part in parts for group in part.axles] or scene.axles
     if not units["length"] and any(group.set for group in axles):
-        units = _units("m, kN")  # which common sets are in
-    every = [
-        (part, f"{part.heading}: {name}" if len(parts) > 1 else name, of)
-        for part in parts
-        for name, of in {**part.told, **part.others}.items()
-    ]
-    results = {name: of for _, name, of in every}
-    factors = {name: of for part, name, of in every if part.pushed and of.load_factor is not None}
-    proven = {name: known_least(of) for name, of in factors.items()}
+        units = _units("m, kN")  # units of the common sets of axles
+    results: dict[str, Result] = {}
+    factors: dict[str, Result] = {}  # results with a load factor
+    for part in parts:
+        for name, result in {**part.told, **part.others}.items():
+            full_name = f"{part.heading}: {name}" if len(parts) > 1 else name
+            results[full_name] = result
+            if part.pushed and result.load_factor is not None:
+                factors[full_name] = result
+    proven = {name: known_least(result) for name, result in factors.items()}
+    certified = {name: result for name, result in results.items() if result.certificate is not None}
     pushed = any(part.pushed for part in parts)
     loads = {"dead": _resultant(assembly, problem.dead)}
     loads |= {"live": _resultant(assembly, problem.live)} if pushed else {}
-    found = {name: of for name, of in results.items() if of.certificate is not None}
     low, high = movable_box(assembly)
-    records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
-    given_in = {"scene": scene, "problem": problem, "units": units, "loads": loads, "axles": axles}
+    inputs = {"scene": scene, "problem": problem, "units": units, "loads": loads, "axles": axles}
     answers = {"parts": parts, "results": results, "proven": proven, "pushed": pushed}
-    makers = {"pictures_of": _pictures, "tables_of": _of_result, "in_full": in_full, "printable": printable}
+    functions = {"pictures_of": _pictures, "tables_of": _of_result, "in_full": in_full}
+    residuals = [[name, *_residuals(result)] for name, result in certified.items()]
+    crossed = {name for part in parts for name in part.crossed}
     return render(
         "report.html",
-        **given_in | answers | makers,
+        **inputs | answers | functions,
+        printable=printable,
         title=title_of(scene.with_load_case(None)),
         day=date.today().isoformat(),
         versions=versions(),
         drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
         angle=lambda tangent: np.degrees(np.arctan(tangent)),
-        residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
+        residuals=table(["answer", *RESIDUALS], residuals),
         meaning=RESIDUALS,
-        stands=found,
-        unproven={name: certainty(of) for name, of in factors.items() if not proven[name]},
-        solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
+        stands=certified,
+        unproven={name: certainty(result) for name, result in factors.items() if not proven[name]},
+        solved={result.load_case for result in results.values()} | crossed,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        given={_counted(heading, of): _of_records(of[:_ROWS]) for heading, of in records.items() if of},
+        given=_tables_of_inputs(scene, axles),
         drawing=_drawing(assembly, units["length"] or "units"),
         case=_case_text(scene),
     )
 
 
+def _tables_of_inputs(scene: Scene, axles: Sequence[Axles]) -> dict[str, dict[str, Any]]:
+    """Return the tables of the records of a scene, and of axles, by heading."""
+    records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
+    records = {heading: rows for heading, rows in records.items() if rows}
+    return {_counted(heading, rows): _of_records(rows[:_MOST_ROWS]) for heading, rows in records.items()}
+
+
 def _residuals(result: Result) -> list[str]:
-    """Residuals of a certified answer, with what they may be at most."""
+    """Return the residuals of a certified answer with their limits, as text."""
     limits = LIMITS[result.kind].as_dict()
-    found = result.certificate.as_dict() if result.certificate else {}
-    return [f"{numeral(value, '.1e')} ≤ {limits[of]:g}" for of, value in found.items()]
+    residuals = result.certificate.as_dict() if result.certificate else {}
+    return [f"{numeral(value, '.1e')} ≤ {limits[name]:g}" for name, value in residuals.items()]
 
 
 def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
-    """Sum of the forces of a load; none where it has no forces."""
+    """Return the components of the sum of the forces of a load as text; empty if the load has no forces."""
     problem = assembly.problem
     total, size = problem.forces(load).sum(axis=0), float(problem.force_sizes(load).sum())
     total = np.where(np.abs(total) > 1e-9 * size, total, 0.0) * problem.force_unit
@@ -293,68 +329,75 @@ def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
 
 
 def _pictures(result: Result) -> dict[str, Picture]:
-    drawn = {"Mechanism": result_picture(result)}
+    """Return the pictures of a result by caption."""
+    pictures = {"Mechanism": result_picture(result)}
     if result.joints["n"].notna().all():
-        drawn["Thrust"] = result_picture(result, "thrust")
+        pictures["Thrust"] = result_picture(result, "thrust")
     if result.curve is not None and not result.curve.empty:
-        drawn["λ over displacement"] = result_picture(result, "curve")
-    return drawn
+        pictures["λ over displacement"] = result_picture(result, "curve")
+    return pictures
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """The scene before it is solved, with a scale bar below; in space, with the axes that solids have."""
-    made = scene_picture(assembly, names=len(assembly.scene.blocks) <= _NAMED)
+    """Return a picture of the unsolved scene, with a scale bar in the unit ``length``; in space with axes."""
+    picture = scene_picture(assembly, names=len(assembly.scene.blocks) <= _MOST_NAMED_BLOCKS)
     if assembly.scene.dimension == 3:
-        return made
-    axes = made.axes[0]
-    wide = float(np.ptp(axes.get_xlim()))
-    axes.set_ylim(bottom=axes.get_ylim()[0] - _BELOW * wide)
-    bar = round_below(wide / 4)
+        return picture
+    axes = picture.axes[0]
+    width = float(np.ptp(axes.get_xlim()))
+    axes.set_ylim(bottom=axes.get_ylim()[0] - _SCALE_BAR_HEIGHT * width)
+    bar = round_below(width / 4)
     scale = AnchoredSizeBar(axes.transData, bar, printable(f"{bar:g} {length}"), "lower right", pad=0.3)
     scale.set_zorder(10)
     axes.add_artist(scale)
-    return made
+    return picture
 
 
 def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
+    """Return a heading with the number of rows, and the number of printed rows if not all are printed."""
     count = len(rows)
-    return f"{heading} ({count if count <= _ROWS else f'{_ROWS} of {count}'})"
+    return f"{heading} ({count if count <= _MOST_ROWS else f'{_MOST_ROWS} of {count}'})"
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    rows = pd.DataFrame([one.model_dump(exclude_defaults=True) for one in records], dtype=object)
-    return frame_table(rows.where(rows.notna(), "").map(_said))
+    """Return records as a table of a page, with a column for each key that differs from its default."""
+    rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
+    return frame_table(rows.where(rows.notna(), "").map(_cell))
 
 
-def _said(value: object) -> str:
-    """A value of a record as a cell."""
+def _cell(value: object) -> str:
+    """Return a value of a record as the text of a cell."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_said(one)}" for key, one in value.items())
+        return ", ".join(f"{key} {_cell(entry)}" for key, entry in value.items())
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_said, value))}]"
+        return f"[{', '.join(map(_cell, value))}]"
     return f"{value:.6g}" if isinstance(value, float) else printable(str(value))
 
 
 def _case_text(scene: Scene) -> str:
-    """Content of the scene's case file, generators not expanded; "" where that is too long to print."""
-    text = toml_text(scene.case or scene)
-    while (joined := _LIST.sub(lambda found: f"[{' '.join(found[1].split())}]", text)) != text:
-        text = joined
-    return text if text.count("\n") <= _LINES else ""
+    """Return the content of the case file of a scene; "" if it is too long to print.
+
+    Generators are not expanded, and innermost lists take one line each.
+    """
+    text, previous = toml_text(scene.case or scene), ""
+    while text != previous:
+        previous = text
+        text = _LIST.sub(lambda match: f"[{' '.join(match[1].split())}]", text)
+    return text if text.count("\n") <= _MOST_LINES else ""
 
 
 def _of_result(result: Result) -> dict[str, dict[str, Any]]:
-    """Joints, ties and pressures of fill as tables of a page by their headings."""
+    """Return joints, ties and pressures of fill as tables of a page by heading."""
     frames, pressures = {"Joints": _joints(result)}, result.pressures.drop(columns=["kind", "second"])
     for name, limited in (("Ties and props", result.ties), ("Pressure of fill", pressures)):
-        told = limited.assign(yields=limited["yields"].map({True: "yes", False: "no"}))
-        frames[name] = told.drop(columns="lengthens").dropna(axis=1, how="all")
-    kept = {name: frame for name, frame in frames.items() if len(frame)}
-    return {_counted(name, frame): frame_table(frame.head(_ROWS)) for name, frame in kept.items()}
+        frame = limited.assign(yields=limited["yields"].map({True: "yes", False: "no"}))
+        frames[name] = frame.drop(columns="lengthens").dropna(axis=1, how="all")
+    frames = {name: frame for name, frame in frames.items() if len(frame)}
+    return {_counted(name, frame): frame_table(frame.head(_MOST_ROWS)) for name, frame in frames.items()}
 
 
 def _joints(result: Result) -> pd.DataFrame:
-    """Forces on joints, and how these move, the most used first where not all are printed."""
+    """Return forces and motions of joints, sorted by utilisation if not all of them are printed."""
     frame = result.joints.copy()
     if "m" in frame:
         pressed = frame["n"] > IDLE * frame["n"].abs().max()
@@ -364,8 +407,8 @@ def _joints(result: Result) -> pd.DataFrame:
     frame = frame.assign(**numbers.mask(numbers.abs() <= IDLE * numbers.abs().max(), 0.0))
     if result.solution.d is not None:
         motion = joint_motion(result.assembly, result.solution)
-        does = zip(*(getattr(motion, word) for word in _DOES), strict=True)
-        frame["moves"] = [", ".join(compress(_DOES, which)) for which in does]
-    if len(frame) > _ROWS and "utilisation" in frame:
+        moves = zip(*(getattr(motion, name) for name in _MOTIONS), strict=True)
+        frame["moves"] = [", ".join(compress(_MOTIONS, of_joint)) for of_joint in moves]
+    if len(frame) > _MOST_ROWS and "utilisation" in frame:
         frame = frame.sort_values("utilisation", ascending=False, kind="stable")
     return frame

@@ -1,1 +1,1 @@
-"""Supports that settle: the reactions with which a scene stands."""
+"""Supports that settle: the least and the greatest reaction with which a scene is stable."""

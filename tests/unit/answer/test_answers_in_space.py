@@ -110,7 +110,7 @@ def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
     assert (motion.slides.all(), motion.hinges.any(), motion.separates.any()) == (True, False, False)
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_resultants_balance_weight_and_load_of_each_block(method):
     """Forces, and moments about the centroid: the resultant where it acts, and torsion, are all of a
     joint."""
@@ -140,7 +140,7 @@ def test_which_law_holds_is_told():
 
 
 def test_json_has_the_same_keys_and_contact_points():
-    space, plane = mo.solve(box_on_floor(), "mcp"), mo.solve(block_on_floor(2, 2, 0.5), "mcp")
+    space, plane = mo.solve(box_on_floor(), "coulomb"), mo.solve(block_on_floor(2, 2, 0.5), "coulomb")
     told, of_plane = json.loads(space.to_json()), json.loads(plane.to_json())
     assert set(told) - set(of_plane) == {"contact_results"}
     assert set(of_plane) <= set(told)

@@ -27,7 +27,7 @@ def test_the_default_prints_least_proven(name: str) -> None:
 
 
 def test_the_loop_prints_least_proven() -> None:
-    result = mo.solve(CASES / "closed_forms/buttress.toml", "nonassociative", expected=False)
+    result = mo.solve(CASES / "closed_forms/buttress.toml", "nonassociative", incremental=False)
     assert result.load_factor == pytest.approx(4 / 3, rel=1e-6)
     assert result.solution.is_only_state
     assert own_name(result) == LEAST
@@ -84,7 +84,7 @@ def test_a_tie_at_its_strength_under_any_load_refutes_the_claim() -> None:
 def test_a_second_program_finds_no_lower_state(seed: int) -> None:
     """Stacks of two to eight stones; a mixed-integer program looks for states below the proven one."""
     scene = random_scene("stack", seed)
-    result = mo.solve(scene, expected=False)
+    result = mo.solve(scene, incremental=False)
     if not result.solution.is_only_state:
         assert not (result.exact and assemble(scene).problem.statics_fix_forces)
         return

@@ -58,7 +58,7 @@ def tied_boxes() -> mo.Scene:
 
 
 def read(scene: mo.Scene, method: str) -> dict[str, Any]:
-    return json.loads(mo.solve(scene, method, expected=False).to_json())
+    return json.loads(mo.solve(scene, method, incremental=False).to_json())
 
 
 def vector(row: dict[str, Any], *names: str) -> np.ndarray:
@@ -143,9 +143,9 @@ def weights(told: dict[str, Any], dimension: int) -> np.ndarray:
 @pytest.mark.parametrize(
     ("make", "method", "within"),
     [
-        (wall_under_fill, "mcp", EXACT),
+        (wall_under_fill, "coulomb", EXACT),
         (wall_under_fill, "static", SOLVED),
-        (tied_boxes, "mcp", EXACT),
+        (tied_boxes, "coulomb", EXACT),
         (tied_boxes, "static", SOLVED),
     ],
 )
@@ -162,7 +162,7 @@ def test_forces_balance_and_respect_every_limit(make, method, within):
 
 def test_without_the_pressure_of_fill_forces_do_not_balance():
     """The check can fail: the table of pressures is what balances the blocks."""
-    told = read(wall_under_fill(), "mcp")
+    told = read(wall_under_fill(), "coulomb")
     assert len(told["pressure_results"]) >= 3
     pushed = sum(row["force"] for row in told["pressure_results"])
     del told["pressure_results"]
@@ -183,7 +183,7 @@ def test_weights_are_those_of_the_vertices():
 def test_flow_rule_and_energy_from_json():
     """The mechanism of the wall: joints open by no less than the flow rule asks of their slip, work is lost
     nowhere but in what moves at yield, and the power of all loads is what yielding dissipates."""
-    told = read(wall_under_fill(), "mcp")
+    told = read(wall_under_fill(), "coulomb")
     speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
     λ, power, dissipated = told["load_factor"], 0.0, 0.0
     for row in told["block_results"]:

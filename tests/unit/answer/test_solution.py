@@ -33,7 +33,7 @@ def test_without_a_state_nothing_is_recorded():
 def test_another_end_drops_the_facts_of_earlier_reasons():
     before = Solution(
         Status.CONVERGED,
-        Kind.COMPLIANT,
+        Kind.INCREMENTAL,
         starts=4,
         exact_states=2,
         below_zero=-0.1,
@@ -42,10 +42,8 @@ def test_another_end_drops_the_facts_of_earlier_reasons():
         followed_to_end=True,
         peak=0.4,
     )
-    ended = before.ended(
-        Status.SOLVER_FAILED, Code.PUSH_STOPPED, word="no end was found", steps=3, looped=False
-    )
-    new = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
+    ended = before.ended(Status.SOLVER_FAILED, Code.UNDECIDED, word="no end was found", steps=3, looped=False)
+    new = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
     for name in vars(new):
         if name not in ("reasons", "found"):
             assert getattr(ended, name) == getattr(new, name), name

@@ -14,9 +14,9 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.relaxation import bounds_of, distances, tightened
-from masonry_opt.methods.exact.alternation import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_standing import CvxpyDriven
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.assembly import assemble
@@ -107,9 +107,9 @@ def test_forces_for_rates(problem):
     cohesion = problem.face_cohesion @ p
     energy = problem.C(problem.friction).T @ p
     expected = least_of_forces(problem, problem.live_norm / WEIGHT, energy) + cohesion
-    model = CvxpyForces(problem, energy_costs(problem, p, WEIGHT))
+    model = CvxpyForces(problem, problem.energy_costs(p, WEIGHT))
     assert optimum(model) / WEIGHT + cohesion == pytest.approx(expected, abs=10 * SAME)
-    refiner, costs = Refiner(problem, Effort()), energy_costs(problem, p, WEIGHT)
+    refiner, costs = Refiner(problem, Effort()), problem.energy_costs(p, WEIGHT)
     assert refiner._forces_at(*costs)
     q = refiner._statics.values("q")
     balance = problem.B @ q + problem.dead
@@ -153,7 +153,7 @@ OF_PRODUCTS = UNCRUSHED | {
 @cache
 def exact_state(name):
     """An exact Coulomb state of a scene."""
-    result = mo.solve(OF_PRODUCTS[name], "refined")
+    result = mo.solve(OF_PRODUCTS[name], "coulomb")
     assert result.kind is Kind.EXACT
     problem, found = result.assembly.problem, result.solution
     return problem, State(found.load_factor, found.q, found.d, problem.rates(found.d, problem.dilatancy))

@@ -101,25 +101,25 @@ def test_changed_shear_limits_are_those_of_a_newly_declared_model(language, form
 
 
 def test_the_solver_asked_for_does_everything_that_it_can():
-    result = mo.solve(WALLS[0], "nonassociative", solver="highs", expected=False)
+    result = mo.solve(WALLS[0], "nonassociative", solver="highs", incremental=False)
     assert result.solver == "highs"
     assert result.solvers == {"dead load": ["highs"], "sub-problems": ["highs"], "exact end": ["highs"]}
-    of_pyomo = mo.solve(two_blocks(), "nonassociative", model="pyomo", expected=False)
+    of_pyomo = mo.solve(two_blocks(), "nonassociative", model="pyomo", incremental=False)
     assert of_pyomo.solver == "highs-ipm"
     assert of_pyomo.solvers == {purpose: ["highs-ipm"] for purpose in result.solvers}
 
 
 #: By method: in what it is declared, and which solver does what. The loop, with which the MPEC begins, is
 #: declared in CVXPY.
-DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
+DECLARED = {"mpec": "pyomo", "coulomb": "matrices", "global": "pyomo"}
 DOES = {
-    "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
-    | {"relaxation": "casadi"},
-    "refined": {"associative": "clarabel", "complementarity problem": "newton", "refinement": "highs"},
-    "global": {"complementarity problem": "newton", "load factor": "clarabel", "refinement": "highs"}
+    "mpec": dict.fromkeys(("sub-problems", "exact end"), "clarabel")
+    | {"relaxation": "casadi", "associative": "highs"},
+    "coulomb": {"associative": "highs", "refinement": "highs"},
+    "global": {"load factor": "clarabel", "refinement": "highs"}
     | {"bounds": "highs", "products": "highs-ipm"},
 }
-for _method in ("refined", "global"):
+for _method in ("coulomb", "global"):
     DOES[_method] |= {"random forces": "highs"}
 
 
@@ -130,7 +130,7 @@ def test_methods_say_which_solver_did_what(method):
     assert result.solvers == {purpose: [solver] for purpose, solver in expected.items()}
     assert result.as_dict()["solvers"] == result.solvers
     assert result.as_dict()["model"] == result.model == DECLARED[method]
-    assert result.at_expected.model == "matrices"
+    assert result.at_incremental.model == "matrices"
 
 
 def test_a_program_that_is_out_of_time_is_not_begun_again(watched):

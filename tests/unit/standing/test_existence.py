@@ -34,7 +34,7 @@ from masonry_opt.standing.existence import Cuts, existence
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
 
-COULOMB = ["mcp", "nonassociative", "refined", "global"]
+COULOMB = ["coulomb", "nonassociative", "global"]
 
 
 def plug(lean: float, live: tuple[float, float], friction: float = 0.5) -> mo.Scene:
@@ -61,7 +61,7 @@ def test_no_mechanism(scene):
     assert found.existence is Existence.NO_MECHANISM
     assert found.proven
     assert max(found.equilibrium, found.yield_) < PROOF
-    for method in ("nonassociative", "mcp"):
+    for method in ("nonassociative", "coulomb"):
         result = mo.solve(scene, method)
         assert (result.status, result.load_factor) == (Status.UNLIMITED, None)
 
@@ -75,7 +75,7 @@ def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
     told = json.loads(result.to_json())["infeasibility"]
     assert told["proven"]
     assert told["cut_residual"] <= PROOF
-    if method == "mcp":  # the loop does not run in vain
+    if method == "coulomb":  # the loop does not run in vain
         assert result.lp_solves == 0
         assert result.solvers["existence"] == ["highs"]
 
@@ -124,8 +124,8 @@ def test_friction_between_fixed_faces_is_named(shaped):
 
 def test_what_only_wedging_would_hold_falls_and_is_named():
     result = mo.solve(plug(-0.1, (0, -1)))
-    assert (result.status, result.expected) == (Status.UNSTABLE, None)
-    assert values_of(result.at_expected, Code.WEDGED)["blocks"] == ["plug"]
+    assert (result.status, result.incremental) == (Status.UNSTABLE, None)
+    assert values_of(result.at_incremental, Code.WEDGED)["blocks"] == ["plug"]
     assert values_of(result, Code.WEDGED) == {"load_factor": None, "blocks": ["plug"]}
 
 

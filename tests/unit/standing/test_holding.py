@@ -126,7 +126,7 @@ def test_few_programs(watched):
     assert len(tried) == 1
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
     """Weight 1 on a joint of length 1 that carries 0.9: no friction holds it, more strength does."""
     scene = block_on_floor().replace(strength=0.9)

@@ -230,7 +230,7 @@ def on_two_tips(weight=8.0, **of_left):
 
 
 @pytest.mark.parametrize(
-    ("method", "weight"), [("mcp", 8.0), ("static", 8.0), ("static", 8e6), ("nonassociative", 8e6)]
+    ("method", "weight"), [("coulomb", 8.0), ("static", 8.0), ("static", 8e6), ("nonassociative", 8e6)]
 )
 def test_corners_that_press_where_strength_is_limited(method, weight):
     """It slides at λ = μ. About the middle below, its centroid 1/4 above: n₂ − n₁ = μ W/4 / (3/2)."""
@@ -323,7 +323,7 @@ def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
     ]
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", "coulomb"])
 @pytest.mark.parametrize("weight", [1.0, 1e4, 1e8])
 def test_no_force_is_shown_beyond_its_limit(method, weight):
     """A solver is as exact as the largest forces of a scene are large: 20.023 for a strength of 20."""

@@ -1,0 +1,85 @@
+"""Keyframes of a load history from rest to collapse, for the slider of a page."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.motion import joint_motion, joints_that_move
+from masonry_opt.answer.outcome import Outcome
+
+#: Number of keyframes from rest to the last load that is carried. If larger, pages are larger; if smaller,
+#: more steps of a long history are left out.
+KEYFRAMES = 45
+#: Number of keyframes of the collapse, after those of the load history. If larger, pages are larger.
+COLLAPSE_FRAMES = 15
+#: Largest displacement in the last keyframe, relative to the largest under the last load that is carried. If
+#: larger, the load history before the collapse is drawn smaller.
+COLLAPSE_LENGTH = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Keyframes:
+    """States of the blocks at k instants from rest to collapse."""
+
+    load_factor: np.ndarray  #: load factor λ, shape (k,)
+    displacement: np.ndarray  #: displacement of the live load, in elastic displacements, shape (k,)
+    d: np.ndarray  #: displacements of the blocks since the dead load, shape (k, 3b)
+    has_slid: np.ndarray  #: True for joints that slide at this keyframe or an earlier one, (k, joints)
+    is_open: np.ndarray  #: True for joints that are open at one end or both, shape (k, joints)
+
+
+def keyframes_of(result: Outcome) -> Keyframes | None:
+    """Return the keyframes of a result's load history; None if the history has no incremental load factor."""
+    state = result.at_incremental
+    if state is None or state.load_factor is None or state.solution.load_history is None:
+        return None
+    history, problem = state.solution.load_history, result.assembly.problem
+    if len(history.steps) < 2:
+        return None
+    step_number = _evenly_along(history.displacements, history.load_factors)
+    before = np.minimum(step_number.astype(int), len(history.steps) - 2)
+    share = (step_number - before)[:, None]
+    all_d = np.stack([step.d for step in history.steps])
+    d = (1 - share) * all_d[before] + share * all_d[before + 1]
+    load_factor = np.interp(step_number, np.arange(len(history.steps)), history.load_factors)
+    # Joints change state at load steps only: between two steps they have the state of the earlier step.
+    sliding, are_open = (
+        joints[step_number.astype(int)] for joints in joints_that_move(result.assembly, history.steps)
+    )
+    if state.solution.d is not None:
+        collapse = _collapse(d, state.solution.d)
+        mechanism = joint_motion(result.assembly, state.solution)
+        d = np.concatenate([d, collapse])
+        load_factor = np.append(load_factor, np.full(COLLAPSE_FRAMES, state.load_factor))
+        slides, opens = mechanism.slides, mechanism.hinges | mechanism.separates
+        sliding = np.concatenate([sliding, np.tile(sliding[-1] | slides, (COLLAPSE_FRAMES, 1))])
+        are_open = np.concatenate([are_open, np.tile(are_open[-1] | opens, (COLLAPSE_FRAMES, 1))])
+    displacement = d @ problem.live * (problem.live_displacement / problem.live_norm)
+    return Keyframes(load_factor, displacement, d, np.maximum.accumulate(sliding), are_open)
+
+
+def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return displacements, shape (frames, 3b), that continue the last ones along the collapse mechanism."""
+    size = max(float(np.abs(d).max()), SMALLEST)
+    step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
+    shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]
+    displacements: np.ndarray = d[-1] + shares[:, None] * step
+    return displacements
+
+
+def _evenly_along(displacement: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
+    """Return fractional load step numbers, evenly spaced along the load–displacement curve, shape (k,).
+
+    A load step near one of the even points replaces this point, so that its number is whole.
+    """
+    steps = np.hypot(
+        np.diff(displacement) / (np.ptp(displacement) or 1.0),
+        np.diff(load_factor) / (np.ptp(load_factor) or 1.0),
+    )
+    length = np.append(0.0, steps.cumsum())
+    at = np.linspace(0.0, length[-1], KEYFRAMES)
+    at[np.rint(length / at[1]).astype(int)] = length
+    at[[0, -1]] = length[[0, -1]]
+    numbers: np.ndarray = np.interp(at, length, np.arange(len(length)))
+    return numbers

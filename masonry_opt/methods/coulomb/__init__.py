@@ -1,0 +1,1 @@
+"""Method "coulomb", the default: the list of steps that look for the lowest exact collapse state."""

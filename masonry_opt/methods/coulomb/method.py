@@ -1,0 +1,124 @@
+"""Method "coulomb", the default: a list of steps that look for the lowest exact collapse state.
+
+The steps run in the order of ``STEPS``. Each runs if it applies to what the steps before it found, and leaves
+a record with its result and its time in the log of the solution. See :mod:`~.coulomb.steps`. With the option
+``search`` the method goes on to look for lower states (:mod:`~.coulomb.search`).
+"""
+
+import time
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.solution import LogEntry, Solution
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.coulomb.run import CoulombRun
+from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop, Step
+from masonry_opt.methods.task import Options, Task, of_same_scene
+
+#: Steps of the default method, in order.
+STEPS: tuple[Step, ...] = (
+    Incremental(),
+    ExactFrom("incremental"),
+    ExactFrom("associative"),
+    FurtherStarts(),
+    Loop(),
+)
+
+_SEARCH = "search for lower states"  #: Name of the search in the log.
+
+
+class CoulombOptions(Options):
+    """Options of the default method.
+
+    Attributes
+    ----------
+    descent: True to look for lower states, in the plane on scenes of up to 500 joints. On small scenes in the
+        plane, and in space, further starts are tried too. If False, the first exact state is the answer.
+    search: time, in seconds, for which lower states are looked for after that: from other starts and around
+        the lowest state so far.
+    until: load factor at or below which the search ends before its time.
+    seed: seed of the random numbers of the search. One seed leads to the same states in the same order; the
+        time decides how many of them are reached.
+    start: a result of the same scene to go on from, in place of all steps before the search. Without
+        ``search`` only the exact state near its forces is looked for.
+    """
+
+    descent: Annotated[bool, Strict()] = True
+    search: Annotated[float, Strict(), Field(gt=0, le=1e6)] | None = None
+    until: Annotated[float, Strict()] | None = None
+    seed: Annotated[int, Strict(), Field(ge=0)] = 0
+    start: InstanceOf[Solution] | None = None
+
+    @model_validator(mode="after")
+    def _ends_a_search(self) -> "CoulombOptions":
+        if self.until is not None and self.search is None:
+            raise ValueError("'until' ends a search: give 'search', its seconds at most, too")
+        return self
+
+    @field_validator("start", mode="before")
+    @classmethod
+    def _is_a_result(cls, start: Any) -> Any:
+        if isinstance(start, str):
+            raise ValueError(f"takes a result, such as that of method '{start}'")
+        return start
+
+
+def coulomb(task: Task) -> Solution:
+    """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
+
+    The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
+    with stress, and scenes that stand from rest on which no exact state is found.
+
+    Raises
+    ------
+    OptionError
+        If a search is asked for where dilatancy falls with stress, or ``start`` is of another scene.
+    """
+    options = task.options or CoulombOptions()
+    searches = options.search is not None or options.start is not None
+    if searches and task.problem.dilatancy_depends_on_stress:
+        name = "start" if options.search is None else "search"
+        falls = "does not know dilatancy that falls with stress"
+        raise OptionError(f"option '{name}' {falls}: leave it out, or leave 'dilatancy_stress' out")
+    start = options.start
+    first = _run_steps(task, options) if start is None else of_same_scene(start, task.problem)
+    return _search_on(task, first, options) if searches else first
+
+
+def _run_steps(task: Task, options: CoulombOptions) -> Solution:
+    """Run the steps that apply, and return what they found, with their log."""
+    run = CoulombRun(task, options.descent)
+    log: list[LogEntry] = []
+    for step in STEPS:
+        if run.ended is not None or not step.applies(run):
+            continue
+        began = time.perf_counter()
+        step.run(run)
+        seconds = time.perf_counter() - began + run.seconds_before
+        run.seconds_before = 0.0
+        log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds))
+    return replace(_solution(run), log=tuple(log))
+
+
+def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
+    """Look for lower states than that of a solution, and add the search to its log."""
+    began = time.perf_counter()
+    found = search_lower(task, first, SearchLimits(options.search, options.until, options.seed))
+    seconds = time.perf_counter() - began
+    entry = LogEntry(_SEARCH, found.load_factor, found.exact_states or 0, seconds)
+    return replace(found, log=(*first.log, entry))
+
+
+def _solution(run: CoulombRun) -> Solution:
+    """Return how the steps ended: the end of a step, or else the lowest state."""
+    if run.ended is not None:
+        return run.ended
+    solution = run.recorded(Status.CONVERGED)
+    if solution.is_exact(run.problem):
+        return solution
+    return replace(solution, kind=Kind.NEARLY_COMPLEMENTARY)

@@ -1,0 +1,172 @@
+"""State of a run of the default method: its load history, the exact states found, and how it ended."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cached_property
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
+from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
+from masonry_opt.methods.task import Task
+
+if TYPE_CHECKING:
+    from masonry_opt.methods.exact.alternation import Alternation
+
+
+class CoulombRun:
+    """State of one run of the default method.
+
+    Attributes
+    ----------
+    seeks_lower: True if lower states are looked for once an exact state is known.
+    incremental: the solution of the incremental analysis, once it is known.
+    known: what is known of a scene without an exact state: the associative load factor, proofs.
+    ended: the solution that ends the run without an exact state; None as long as steps go on.
+    seconds_before: time of a load history that was computed before the run, in seconds.
+    """
+
+    def __init__(self, task: Task, seeks_lower: bool) -> None:
+        self.task, self.problem, self.effort = task, task.problem, task.effort
+        self.seeks_lower = seeks_lower
+        self.incremental: Solution | None = None
+        self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
+        self.ended: Solution | None = None
+        self.seconds_before = 0.0
+
+    @cached_property
+    def analysis(self) -> IncrementalAnalysis:
+        """Incremental analysis of the scene."""
+        return analysis_of(self.task)
+
+    @cached_property
+    def states(self) -> "LowestState":
+        """The lowest exact state so far."""
+        return LowestState(self.task, self.analysis)
+
+    @property
+    def answer(self) -> Answer | None:
+        """The lowest state so far; None without one."""
+        # Without a load history no step has looked for states.
+        return None if self.incremental is None else self.states.answer
+
+    @property
+    def load_factor(self) -> float | None:
+        """Load factor so far: of the end, of the lowest state, or of the load history; None without one."""
+        if self.ended is not None:
+            return self.ended.load_factor
+        if self.answer is not None:
+            return self.answer.load_factor
+        return None if self.incremental is None else self.incremental.incremental_value
+
+    @property
+    def exact_states(self) -> int:
+        """Number of different exact states that were found so far."""
+        return 0 if self.incremental is None else len(self.states.met.load_factors)
+
+    def recorded(self, status: Status) -> Solution:
+        """Return the lowest state as a solution, with the numbers of starts and of states."""
+        answer = self.states.answer
+        assert answer is not None
+        solution = replace(self.known, found=answer, status=status, reasons=())
+        return self.states.met.recorded_in(solution)
+
+
+class LowestState:
+    """The lowest of the exact states that forces lead to, and all exact states that were found."""
+
+    def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
+        self._task, self._problem, self._effort = task, task.problem, task.effort
+        self._analysis = analysis
+        self.met = Met()
+        simplex = self._problem.joints <= SearchSettings().simplex_up_to and not self._problem.layout.round
+        self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
+        self._lowest: ExactState | None = None
+        self._by_programs: Answer | None = None
+
+    @cached_property
+    def _alternation(self) -> "Alternation":
+        """The two programs in turn, with interior points; they import a modelling language."""
+        from masonry_opt.methods.exact.alternation import alternation_of
+
+        return alternation_of(self._task)
+
+    @property
+    def answer(self) -> Answer | None:
+        """The lowest state: by simplex, or of the load history and by cone programs; None without one."""
+        return self._lowest.answer if self._lowest else self._by_programs
+
+    def near(self, start: Answer) -> None:
+        """Look for a state near forces, by simplex, or else by two programs in turn.
+
+        A start that is exact already counts as a state too.
+        """
+        if self._search:
+            self._keep(self._search.start(start.q))
+        if self._lowest is not None:
+            return
+        # A state that is exact by one law of friction may not be so by another.
+        start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
+        exact = start if start.exact and self._counts(start) else None
+        self._by_programs = _exact_or_lower(self._by_programs, exact)
+        found = self._alternation.state_near(start.q, start.d if start.exact else None)
+        found = found if found is not None and self._counts(found) else None
+        self._by_programs = _exact_or_lower(self._by_programs, found)
+        if self._problem.layout.round:
+            self.met.count(found if found is not None and found.exact else exact)
+
+    def look_further_in_the_plane(self) -> None:
+        """Look for lower states until many starts in a row have found none."""
+        assert self._search is not None
+        for state in self._search.until_in_vain(self._lowest):
+            self._keep(state)
+
+    def look_further_in_space(self, settings: SearchSettings, history: LoadHistory | None) -> None:
+        """Look for lower states from forces of the load history, and from a number of other starts."""
+        finder = ConeRefiner(self._problem, self._effort, self._alternation, settings.weights_in_space)
+        search = Search(finder, self._analysis, self.met, settings)
+        lowest = self._by_programs
+        known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
+        for state in search.fixed_number(known, _forces_of_steps(history, settings.steps_in_space)):
+            if state is not None and self._counts(state, state.below):
+                self._by_programs = _exact_or_lower(self._by_programs, state.answer)
+
+    def _keep(self, state: ExactState | None) -> None:
+        if state is not None and self._counts(state, state.below):
+            self._lowest = lower_of(self._lowest, state)
+
+    def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
+        """Record a state's load factor if its mechanism is meaningful; return True if it may be the answer.
+
+        A state below zero is no answer if the forces at rest are known.
+        """
+        if not is_meaningful(self._analysis, state.load_factor, state.d):
+            return False
+        self.met.lowest = min(self.met.lowest, state.load_factor, below)
+        return self._problem.settled is None or state.load_factor >= -ZERO
+
+
+def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
+    """Return the forces (3c + t,) of the load steps at shares of the number of steps, each step once."""
+    if history is None:
+        return []
+    last = len(history.steps) - 1
+    numbers = dict.fromkeys(int(share * last) for share in shares)
+    # The first step is the dead load alone, the last one has been a start.
+    return [history.steps[number].forces for number in numbers if 0 < number < last]
+
+
+def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
+    """Return the one of two answers that alone is exact, else the lower."""
+    exact = [answer for answer in (one, other) if answer and answer.exact]
+    return exact[0] if len(exact) == 1 else lower_of(one, other)

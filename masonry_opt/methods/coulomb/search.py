@@ -1,0 +1,155 @@
+"""Search for lower exact states, from a solution, until a time is over or the user ends it."""
+
+import time
+from dataclasses import dataclass, replace
+from math import inf
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code, Status, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
+from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
+from masonry_opt.methods.task import Task
+
+
+@dataclass(frozen=True)
+class LowerState:
+    """Exact state that was the lowest when the search found it.
+
+    Attributes
+    ----------
+    load_factor: its load factor.
+    origin: start that led to the state: "start" (the state of the steps before the search, or the given
+        result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps with other
+        "loads" or from other "self-stress", a "fixed point", a "neighbour" of the lowest state, or in space
+        the forces of the "lowest state".
+    candidate: number of the start, counted from 1.
+    lp_solves: linear programs solved since the method began, in space cone programs too.
+    seconds: time since the search began.
+    """
+
+    load_factor: float
+    origin: str
+    candidate: int
+    lp_solves: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SearchLimits:
+    """Limits of a search.
+
+    Attributes
+    ----------
+    seconds: time after which the search ends; None to look only near the forces of the first solution.
+    until: load factor at or below which the search ends before its time.
+    seed: seed of the random numbers.
+    """
+
+    seconds: float | None = None
+    until: float | None = None
+    seed: int = 0
+
+
+def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
+    """Return the lowest exact state that the forces of a solution and further starts lead to.
+
+    The search ends when its time is over or the user interrupts it. The first solution is returned, with a
+    reason, if no exact state is found.
+    """
+    if first.proven_none or (first.q is None and limits.seconds is None):
+        return first
+    finder: StateFinder
+    if task.problem.layout.round:
+        # Imports a modelling language, which takes seconds.
+        from masonry_opt.methods.exact.alternation import alternation_of
+
+        finder = ConeRefiner(task.problem, task.effort, alternation_of(task))
+    else:
+        finder = refiner_of(task)
+    lowest = _Lowest(task, finder)
+    search = Search(finder, analysis_of(task), lowest.met)
+    if limits.seconds is not None:
+        finder.deadline = time.perf_counter() + limits.seconds
+    try:
+        if first.q is not None:
+            lowest.see("start", search.start(first.q))
+        if limits.seconds is not None:
+            _search_on(search, lowest, limits)
+    except OutOfTime:
+        lowest.missed = Code.NO_TIME
+    except KeyboardInterrupt:
+        if limits.seconds is None or lowest.state is None:
+            raise
+        lowest.interrupted = True
+    return _solution(task, first, lowest, finder, limits.seconds is not None)
+
+
+def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
+    """Try starts until a state is low enough. Raises OutOfTime when the time is over."""
+    candidates = search.endless(lowest.state, limits.seed)
+    until = -inf if limits.until is None else limits.until
+    while lowest.state is None or lowest.state.load_factor > until:
+        lowest.see(*next(candidates))
+
+
+class _Lowest:
+    """The lowest state found, and each state that was the lowest before."""
+
+    def __init__(self, task: Task, finder: StateFinder) -> None:
+        self._task, self._finder, self._began = task, finder, time.perf_counter()
+        self.state: ExactState | None = None
+        self.stationary: bool | None = None  #: True if nothing that was tried lowers it; None if not known
+        self.interrupted = False  #: True if the user ended the search
+        self.missed = Code.NOT_FOUND  #: reason for having no state
+        self.history: list[LowerState] = []
+        self.met = Met()  #: states of all candidates
+
+    def see(self, origin: str, state: ExactState | None) -> None:
+        """Keep the state of a candidate if it is the lowest."""
+        if state is None or not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
+            return
+        self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
+        if lower_of(self.state, state) is not state:
+            return
+        self.state = state
+        undecided = self._finder.undecided
+        self.stationary = None if undecided is None or state.below < 0 else undecided == 0
+        counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
+        self.history.append(LowerState(state.load_factor, origin, *counts))
+        self._task.progress(self.history[-1])
+
+
+def _without_state(first: Solution, missed: Code) -> Solution:
+    """Return the first solution with the reason for having found no state; it advises no search."""
+    reasons = (
+        replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
+        for said in first.reasons
+    )
+    return replace(first, reasons=tuple(reasons)).telling(reason(missed))
+
+
+def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
+    """Return the lowest state as a solution, or the first solution if there is no state."""
+    best = lowest.state
+    if best is None:
+        return _without_state(first, lowest.missed)
+    has_same_law = first.found.forms == best.answer.forms
+    # Programs that begin anew from the first state may end above it.
+    kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
+    answer = lower_of(best.answer, kept) or best.answer
+    is_kept = answer is kept
+    if is_kept:
+        lowest.met.count(kept)
+    lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
+    kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
+    history = tuple(lowest.history)
+    solution = Solution(Status.CONVERGED, kind, (), answer, history=history, solver=task.solver)
+    solution = replace(lowest.met.recorded_in(solution), interrupted=lowest.interrupted)
+    if searched:
+        counts = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
+        solution = solution.telling(reason(Code.SEARCHED, **counts))
+    stationary = None if is_kept else lowest.stationary
+    matters = first.flow_rule_matters
+    return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)

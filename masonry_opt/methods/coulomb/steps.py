@@ -1,0 +1,209 @@
+"""Steps of the default method.
+
+Modules that declare programs are imported where they are used: modelling languages take seconds.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Existence
+from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.methods.associative import associative, with_associative
+from masonry_opt.methods.coulomb.run import CoulombRun
+from masonry_opt.methods.exact.refiner import SMALL
+from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.task import Task
+from masonry_opt.solvers.registry import find_solver
+
+
+class Step(Protocol):
+    """A step of the default method. A step that ends the run sets ``run.ended``."""
+
+    @property
+    def name(self) -> str:
+        """Name of the step in the log."""
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if the step has something to do after the steps before it."""
+
+    def run(self, run: CoulombRun) -> None:
+        """Do the step, and leave in the run what it finds."""
+
+
+@dataclass(frozen=True)
+class Incremental:
+    """Raise the live load from rest until equilibrium is lost.
+
+    Scenes whose dilatancy falls with stress, and those with too many joints, go to the loop.
+    """
+
+    settings: IncrementalSettings = field(default_factory=IncrementalSettings)
+    name: str = "incremental analysis"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if the scene has constant dilatancy and not too many joints."""
+        problem = run.problem
+        return not problem.dilatancy_depends_on_stress and problem.joints <= self.settings.most_joints
+
+    def run(self, run: CoulombRun) -> None:
+        """Compute the load history, or take that of the task; end the run if the scene is unstable."""
+        task, found = run.task, run.task.incremental
+        if found is None or not found.history:
+            found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
+        else:
+            # The load history of the incremental load factor is not computed again. Its solver and its steps
+            # are those of this method too.
+            run.effort.uses(task.solver.name, "incremental analysis")
+            run.effort.iterations += len(found.history)
+            run.seconds_before = run.effort.seconds["incremental"]
+            for step in found.history:
+                task.progress(step)
+        run.incremental = found
+        run.known = replace(run.known, history=found.history)
+        if found.status is Status.UNSTABLE:
+            run.ended = replace(found, kind=Kind.EXACT)
+
+
+@dataclass(frozen=True)
+class ExactFrom:
+    """Look for an exact state near the forces of the incremental or of the associative load factor.
+
+    Associative forces serve where the load history leads to no state, as where joints hardly slide.
+    """
+
+    start: Literal["incremental", "associative"]
+
+    @property
+    def name(self) -> str:
+        """Name of the step in the log."""
+        return f"exact state from the {self.start} forces"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if the forces are known, and from associative forces if there is no state yet."""
+        if run.incremental is None:
+            return False
+        if self.start == "incremental":
+            return run.incremental.answer is not None
+        return run.answer is None
+
+    def run(self, run: CoulombRun) -> None:
+        """Look for the state; end the run if it is proven that no load factor exists."""
+        run.effort.begins("exact states nearby")
+        if self.start == "associative":
+            self._run_from_associative(run)
+            return
+        assert run.incremental is not None
+        assert run.incremental.answer is not None
+        run.states.near(run.incremental.answer)
+
+    def _run_from_associative(self, run: CoulombRun) -> None:
+        run.known = with_associative(run.task, run.known)
+        if run.known.associative is None:
+            from masonry_opt.standing.existence import existence
+
+            run.known = replace(run.known, infeasibility=existence(run.problem, run.effort))
+            if run.known.proven_none:
+                run.ended = run.known
+            return
+        forces = associative(Task(run.problem, kept=run.task.kept)).answer
+        if forces is not None:
+            run.states.near(forces)
+
+
+@dataclass(frozen=True)
+class FurtherStarts:
+    """Look for lower states from further starts, on small scenes in the plane, and in space."""
+
+    settings: SearchSettings = field(default_factory=SearchSettings)
+    name: str = "further starts"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if lower states are wanted, and the scene is small or in space."""
+        if run.incremental is None or not run.seeks_lower:
+            return False
+        return run.problem.layout.round or run.problem.joints <= SMALL
+
+    def run(self, run: CoulombRun) -> None:
+        """Look for lower states."""
+        assert run.incremental is not None
+        run.effort.begins("further starts")
+        if run.problem.layout.round:
+            run.states.look_further_in_space(self.settings, run.incremental.load_history)
+        else:
+            run.states.look_further_in_the_plane()
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Solve by the loop of linear programs what no step before has solved."""
+
+    options: LoopOptions = field(default_factory=LoopOptions)
+    name: str = "loop of linear programs"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if no exact state was found."""
+        return run.answer is None
+
+    def run(self, run: CoulombRun) -> None:
+        """End the run, by the first case that applies.
+
+        1. There is no load history: the loop's end.
+        2. Statics carry any multiple, and joints press ever harder as the load grows from rest: no collapse.
+        3. All states found lie below zero: no load factor.
+        4. The dead load is not carried from rest: unstable.
+        5. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
+        6. The load history ends in a collapse, without an exact state nearby: the load that it carries.
+        7. Neither the load history nor the loop comes to an end: no load factor.
+        """
+        if run.incremental is None:
+            run.ended = self._solve(run)
+            return
+        run.ended = _end_without_loop(run) or self._end_by_loop(run)
+
+    def _solve(self, run: CoulombRun) -> Solution:
+        from masonry_opt.methods.loop.nonassociative import nonassociative
+
+        return nonassociative(run.task.with_options(self.options, find_solver("cvxpy", None)))
+
+    def _end_by_loop(self, run: CoulombRun) -> Solution:
+        assert run.incremental is not None
+        known = run.known
+        by_loop = self._solve(run).accepted()
+        statics = known.associative_ended
+        endless = statics is not None and statics.unlimited and by_loop.status.unlimited
+        ended = by_loop
+        if by_loop.answer is None and not endless:
+            ended = run.incremental
+            if ended.answer is None:
+                return _undecided(run, Status.SOLVER_FAILED, looped=True)
+        ended = replace(ended, associative=known.associative, associative_ended=statics)
+        return replace(ended, infeasibility=known.infeasibility)
+
+
+def _end_without_loop(run: CoulombRun) -> Solution | None:
+    """Return the end of a run without an exact state, by cases 2 to 4 of the loop; None if none applies."""
+    assert run.incremental is not None
+    found = run.known.infeasibility
+    grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]
+    if grows and found is not None and found.existence is Existence.UNBOUNDED:
+        return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
+    lowest = run.states.met.lowest
+    if lowest < -ZERO:
+        ended = run.known.ended(Status.BELOW_ZERO, Code.BELOW_ZERO, load_factor=lowest)
+        return replace(ended, below_zero=lowest)
+    if run.analysis.preload_forces is None:
+        return _undecided(run, Status.UNSTABLE, looped=False)
+    return None
+
+
+def _undecided(run: CoulombRun, status: Status, looped: bool) -> Solution:
+    assert run.incremental is not None
+    word = run.incremental.values_of(Code.UNDECIDED).get("word", "no exact state lies nearby")
+    steps = len(run.incremental.history)
+    return run.known.ended(status, Code.UNDECIDED, word=word, steps=steps, looped=looped, searched=False)

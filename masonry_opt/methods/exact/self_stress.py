@@ -1,0 +1,20 @@
+"""Draw random self-stress: forces that carry the dead load, from which load histories may start."""
+
+import numpy as np
+
+from masonry_opt.problem.problem import Problem
+
+
+def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
+    """Return forces (3c + t,) that carry the dead load within yield; None if there are none.
+
+    The forces minimise a random cost of the normal forces. In space the polygons of friction limit them.
+    """
+    # Importing scipy.optimize takes a fifth of a second, and few options need a program here.
+    from scipy.optimize import linprog
+
+    cost = rng.exponential(1.0, problem.B.shape[1])
+    cost[problem.layout.points * problem.joints :] = 0.0
+    yield_rows, upper = -problem.true_yield, problem.face_cohesion
+    forces: np.ndarray | None = linprog(cost, yield_rows, upper, problem.B, -problem.dead, (None, None)).x
+    return forces

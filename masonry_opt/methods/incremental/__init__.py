@@ -1,0 +1,1 @@
+"""Incremental analysis: the load factor at which equilibrium is lost as the live load is raised by steps."""

@@ -1,0 +1,390 @@
+"""The incremental load factor: the largest under which the blocks find equilibrium as the load is raised.
+
+1. Preload: the blocks come to rest under the dead load, from contacts without forces.
+2. The live load is raised by increments, and after each the blocks come to rest again. Without events (a
+   contact that opens, closes, slips or sticks) the response is linear, and an increment grows until it
+   meets one. After a damped motion the next increment is small.
+3. At a collapse the exact state is solved for. If its load factor lies between the load that is carried and
+   the one that is not, loads just below and above are tried next; else the load in the middle.
+4. The search ends when both loads differ by ``smallest_increment`` and an exact state lies between them, or
+   by ``tolerance``. The exact state is then solved for once more, from the last equilibrium. The search also
+   ends if the response stays linear while the load grows a thousandfold: the load has no
+   limit.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+from math import inf
+
+import numpy as np
+
+from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
+from masonry_opt.answer.motion import weightless
+from masonry_opt.effort import Effort
+from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
+from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
+from masonry_opt.methods.incremental.equilibrium import (
+    Collapse,
+    Equilibrium,
+    EquilibriumSolver,
+    SlowMotion,
+)
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.problem import Problem
+
+#: Distance of the loads that are tried next from that of an exact state, relative to ``tolerance``. With a
+#: third both loads together lie closer than the tolerance.
+NEXT_TO_EXACT = 1 / 3
+
+#: Relative distance from the bracket of an exact state that counts as its limit. Where slip directions turn
+#: towards a mechanism, elastic contacts carry some 1e-6 more than the state that they approach.
+ROUNDING = 1e-5
+
+
+class End(StrEnum):
+    """End of a load history."""
+
+    COLLAPSE = "equilibrium is lost"
+    UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
+    UNSTABLE = "the dead load is not carried from rest"
+    SLOW = "the blocks still move after many steps: neither equilibrium nor collapse"
+    UNDECIDED = "neither a collapse nor a proof that the load has no limit was found"
+
+
+@dataclass(frozen=True)
+class IncrementalResult:
+    """Result of the incremental analysis."""
+
+    end: End
+    history: LoadHistory
+    carried: float = 0.0  #: largest load factor under which the blocks found equilibrium
+    not_carried: float = inf  #: load factor under which they collapsed
+    state: Answer | None = None  #: exact state at a load factor between both
+    #: Exact state in which the blocks move on after the collapse, under a load factor below ``carried``.
+    state_in_motion: Answer | None = None
+    #: Motion under ``not_carried``, or under a dead load that is not carried.
+    collapse: Collapse | None = None
+
+    @property
+    def load_factor(self) -> float | None:
+        """Load factor of the exact state, else ``carried``; None if there was no collapse."""
+        if self.end is not End.COLLAPSE:
+            return None
+        return self.carried if self.state is None else self.state.load_factor
+
+    def with_state(self, state: Answer | None) -> "IncrementalResult":
+        """Return the result with an exact state of the collapse, unless it has one or the state is higher.
+
+        A state between both loads is that of the collapse. In a lower one the blocks move on after it.
+        """
+        if self.state is not None or state is None:
+            return self
+        if _is_between(state, self.carried, self.not_carried, self.not_carried):
+            return replace(self, state=state, state_in_motion=None)
+        if self.state_in_motion is None and state.load_factor < self.carried:
+            return replace(self, state_in_motion=state)
+        return self
+
+
+def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
+    """Return True if the load factor of a state lies between two others, up to rounding.
+
+    Rounding is relative to ``size``.
+    """
+    rounding = ROUNDING * size
+    return carried - rounding <= state.load_factor <= not_carried + rounding
+
+
+class IncrementalAnalysis:
+    """Quasi-static analysis with elastic contacts, from the dead load to collapse."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        settings: IncrementalSettings | None = None,
+        compliance: np.ndarray | None = None,
+        matrix: StiffnessMatrix | None = None,
+    ) -> None:
+        """Set up the solver; compliance and matrix are those of :class:`EquilibriumSolver`."""
+        self.problem = problem
+        self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
+
+    @cached_property
+    def preload(self) -> Equilibrium | Collapse | SlowMotion:
+        """Equilibrium under the dead load from rest, or the motion under it."""
+        return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
+
+    def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
+        """Return the load history to its end. ``progress`` is called with each load step."""
+        if isinstance(self.preload, Collapse):
+            return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
+        if isinstance(self.preload, SlowMotion):
+            return IncrementalResult(End.SLOW, LoadHistory())
+        return _LoadRaising(self.solver, self.preload, progress).run()
+
+    @property
+    def preload_forces(self) -> np.ndarray | None:
+        """Joint forces (3c + t,) under the dead load from rest; None if it is not carried."""
+        if not isinstance(self.preload, Equilibrium):
+            return None
+        return self.solver.law.of_problem(self.preload.response.forces)
+
+    def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
+        """Return an analysis of a problem of the same joints, itself if the problem is its own.
+
+        The order of the unknowns is kept if the elastic stiffness is the same.
+        """
+        if problem is self.problem:
+            return self
+        return IncrementalAnalysis(problem, self.solver.settings, matrix=self.solver.matrix)
+
+    def with_random_stiffness(self, deviation: float, rng: np.random.Generator) -> "IncrementalAnalysis":
+        """Return an analysis with each contact's stiffness changed by a random factor.
+
+        ``deviation`` is the standard deviation of the logarithm of the factors.
+        """
+        joints = self.problem.joints
+        _, compliance = mean_force_and_compliance(self.problem)
+        factors = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * joints))
+        factors = np.concatenate([factors[:joints], factors[:joints], factors])
+        return IncrementalAnalysis(self.problem, self.solver.settings, factors * compliance)
+
+
+def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> IncrementalAnalysis:
+    """Return the incremental analysis of a task's problem, which is kept for the task."""
+    problem, settings = task.problem, settings or IncrementalSettings()
+
+    def build() -> IncrementalAnalysis:
+        return IncrementalAnalysis(problem, settings)
+
+    return task.kept.of(("incremental", settings), problem, task.effort, build, own=True)
+
+
+def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
+    """Return True if a collapse mechanism (3b,) at a load factor says something about the live load.
+
+    If the net load of all blocks that move vanishes at this load factor, the mechanism counts only if the
+    scene does not carry its dead load from rest.
+    """
+    return not weightless(analysis.problem, load_factor, d) or analysis.preload_forces is None
+
+
+class _LoadRaising:
+    """Raises the live load from the preload, and brackets the collapse."""
+
+    def __init__(
+        self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
+    ) -> None:
+        self.solver, self.problem, self.settings = solver, solver.problem, solver.settings
+        self.progress = progress
+        self.reached, self.carried = preload, 0.0
+        self.not_carried = self.unreached = inf
+        self.slow: list[float] = []  # load factors of slow motions from the last equilibrium
+        self.collapse: Collapse | None = None
+        self.state: Answer | None = None
+        self.state_in_motion: Answer | None = None
+        self.start = preload.state.d
+        self.steps: list[LoadStep] = []
+        #: Load factor at which the live load is as large as the mean contact force.
+        self.unit = 1 / solver.size(self.problem.live)
+        self.last_increment = inf
+        self._record(preload)
+
+    @cached_property
+    def rate(self) -> np.ndarray:
+        """Displacement per load factor at the last equilibrium by its tangent, shape (3b,)."""
+        return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
+
+    def run(self) -> IncrementalResult:
+        """Return the result."""
+        for _ in range(self.settings.increments):
+            if self._is_bracketed() or (self.slow and self.not_carried < inf):
+                return self._result(End.COLLAPSE)
+            if self.carried > self.settings.largest_load * self.unit:
+                break
+            if self.not_carried < inf:
+                self._narrow()
+                continue
+            increment = self._extend_linearly(self._choose_increment())
+            if increment == inf:
+                return self._result(End.UNBOUNDED)
+            self._raise_to(self.carried + increment)
+            if self.slow and not self._pass_slow_motion():
+                return self._result(End.SLOW)
+        return self._result(End.UNDECIDED)
+
+    def _raise_to(self, load_factor: float) -> None:
+        """Raise the load until the blocks are in equilibrium or collapse."""
+        if load_factor < self.unreached and self._reach(load_factor):
+            return
+        found = self.solver.move(self.reached.state, self._load(load_factor))
+        if isinstance(found, Equilibrium):
+            self._go_on_from(found, load_factor)
+            self.unreached = self.not_carried
+            return
+        self.unreached = load_factor
+        if isinstance(found, SlowMotion):
+            self.slow.append(load_factor)
+            return
+        self.not_carried, self.collapse = load_factor, found
+        state = solve_collapse_state(self.solver, found, load_factor)
+        is_between = state is not None and self._is_in_bracket(state)
+        self.state = state if is_between else None
+        is_lower = state is not None and not is_between and state.load_factor < self.carried
+        self.state_in_motion = state if is_lower else None
+
+    def _pass_slow_motion(self) -> bool:
+        """Raise the load beyond a slow motion; return False if motions under higher loads are slow too."""
+        slow, increment = self.slow[0], self.settings.smallest_increment
+        while self.slow and self.not_carried == inf and increment < self.settings.largest_increment:
+            self._raise_to(slow * (1 + increment))
+            increment *= 2
+        return not self.slow or self.not_carried < inf
+
+    def _reach(self, load_factor: float) -> bool:
+        """Raise the load if Newton's method finds the equilibrium under it, and return True if so."""
+        predictor = (load_factor - self.carried) * self.rate
+        found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
+        if found is None:
+            self.unreached = load_factor
+            return False
+        self._go_on_from(found, load_factor)
+        return True
+
+    def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
+        """Go on from an equilibrium under a higher load."""
+        last = self.carried
+        self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
+        self.__dict__.pop("rate", None)
+        self.slow = []
+        self._record(found)
+        if self.state is not None and not self._is_in_bracket(self.state):
+            self.state = None
+
+    def _is_in_bracket(self, state: Answer) -> bool:
+        return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
+
+    def _size_of(self, load_factor: float) -> float:
+        """Return the size of a load factor, to which differences are relative; it is never zero."""
+        return max(load_factor, self.settings.smallest_increment * self.unit)
+
+    def _choose_increment(self) -> float:
+        """Return the next increment of the load factor."""
+        settings, solver = self.settings, self.solver
+        load_factor = self._size_of(self.carried)
+        if self.reached.by_motion:
+            # The contacts that slipped in the motion may stick now: a small increment finds out.
+            return settings.tolerance * load_factor
+        forces = max(1.0, solver.size(self.reached.response.forces))
+        by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
+        largest = settings.largest_increment * max(self.carried, self.unit)
+        least = settings.smallest_increment * load_factor
+        return max(least, min(by_forces, largest, 2 * self.last_increment))
+
+    def _narrow(self) -> None:
+        """Raise the load that is carried, or lower the one that is not.
+
+        Beside an exact state these are loads just below and above it. Newton's method alone tries the load
+        above: if it succeeds, the state is not the limit. Without an exact state it is the load in the middle
+        of that which is carried and the least that Newton's method did not reach. Once both are close the
+        blocks move.
+        """
+        if self.state is not None:
+            below, above = self._beside(self.state)
+            if self.carried < below:
+                self._raise_to(below)
+            elif self.unreached > above:
+                self._reach(above)
+            else:
+                further = self.settings.smallest_increment / 2 * self._size_of(self.state.load_factor)
+                self._raise_to(self.state.load_factor + further)
+        elif self.unreached - self.carried > self.settings.tolerance * self._size_of(self.unreached):
+            self._reach((self.carried + self.unreached) / 2)
+        else:
+            self._raise_to(self.unreached)
+
+    def _beside(self, state: Answer) -> tuple[float, float]:
+        """Return load factors just below and above that of an exact state, within the bracket."""
+        apart = NEXT_TO_EXACT * self.settings.tolerance * self._size_of(state.load_factor)
+        return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
+
+    def _extend_linearly(self, increment: float) -> float:
+        """Return the increment, doubled as long as it meets no event; infinity if it never does."""
+        limit = self.settings.unbounded * max(
+            self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
+        )
+        longer = increment
+        while self._is_linear_up_to(longer):
+            if longer > limit:
+                return inf
+            increment, longer = longer, 2 * longer
+        return increment
+
+    def _is_linear_up_to(self, increment: float) -> bool:
+        """Return True if the contacts balance the load after an increment at the rate of the tangent."""
+        trial = self.reached.state.trial + increment * self.solver.trial_change(self.rate)
+        load = self._load(self.carried + increment)
+        return self.solver.is_balanced(self.solver.unbalanced(self.solver.law.respond(trial), load), load)
+
+    def _is_bracketed(self) -> bool:
+        """Return True if the collapse is known well enough."""
+        if self.not_carried == inf:
+            return False
+        gap, size = self.not_carried - self.carried, self._size_of(self.not_carried)
+        if gap <= self.settings.tolerance * size:
+            return True
+        if self.state is None or gap > self.settings.smallest_increment * size:
+            return False
+        below, above = self._beside(self.state)
+        return below <= self.carried and self.unreached <= above
+
+    def _load(self, load_factor: float) -> np.ndarray:
+        load: np.ndarray = self.problem.dead + load_factor * self.problem.live
+        return load
+
+    def _record(self, found: Equilibrium) -> None:
+        response, law = found.response, self.solver.law
+        d = found.state.d - self.start
+        step = LoadStep(
+            iteration=len(self.steps) + 1,
+            load_factor=self.carried,
+            displacement=float(self.problem.live @ d) / self.problem.live_norm,
+            is_jump=found.by_motion,
+            sliding=response.sliding,
+            open=(response.forces[: law.points, : law.joints] == 0).any(axis=0),
+            d=d,
+            forces=law.of_problem(response.forces),
+        )
+        self.steps.append(step)
+        self.progress(step)
+
+    def _result(self, end: End) -> IncrementalResult:
+        state = self._find_exact_state()
+        return IncrementalResult(
+            end,
+            LoadHistory(tuple(self.steps)),
+            self.carried,
+            self.not_carried,
+            state,
+            None if state is not None else self.state_in_motion,
+            self.collapse,
+        )
+
+    def _find_exact_state(self) -> Answer | None:
+        """Return the exact state between the loads that are carried and not carried, if they are close.
+
+        It is solved for once more, from the equilibrium under the load that is carried. From there the
+        contacts slip less on the way to it than from the motion under a load that is too large, so that it
+        depends little on the increments.
+        """
+        narrow = self.settings.smallest_increment * self._size_of(self.not_carried)
+        if self.collapse is None or self.not_carried - self.carried > narrow:
+            return None
+        start = Collapse(self.reached.state, self.collapse.motion)
+        state = solve_collapse_state(self.solver, start, self.carried)
+        return state if state is not None and self._is_in_bracket(state) else self.state

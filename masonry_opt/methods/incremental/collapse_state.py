@@ -1,0 +1,126 @@
+"""The exact state at a collapse, in which the blocks move on under a constant load.
+
+Far along the motion no contact deforms elastically any more: all that moves slips or opens. There the size
+of the motion is prescribed, and the load factor is an unknown (displacement control, Batoz & Dhatt 1979).
+With the forces out of balance r, and c·d the elastic size of d along the motion, each iteration of Newton's
+method solves
+
+    S x = r,    S y = f_L,    Δλ = -c·x / c·y,    Δd = x + Δλ y    so that c·Δd = 0.
+
+At the end y is the mechanism. In the plane one solve suffices. In space directions of slip turn towards the
+mechanism, and the next solve goes on from the state of the last one.
+
+Where displacement control fails, two programs in turn look for an exact state near the collapse: the
+mechanism for given slacks, the statics for given rates (see :mod:`~masonry_opt.methods.exact.refiner`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.settings import SEARCH
+from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
+
+#: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
+#: elastic displacements. It is some thousand times the rounding of the trial forces.
+ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class _FarState:
+    """A state far along the motion."""
+
+    load_factor: float
+    trial: np.ndarray  #: that the contacts remember, shape (3, m)
+    forces: np.ndarray  #: shape (3, m)
+    d: np.ndarray  #: displacement, shape (3b,)
+    mechanism: np.ndarray  #: y, shape (3b,)
+
+
+def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
+    """Return the exact state of a collapse under a load factor; None if displacement control finds none."""
+    trial, motion = collapse.state.trial, collapse.motion
+    for _ in range(solver.settings.exact_solves):
+        far = _solve_far_along(solver, trial, motion, load_factor)
+        if far is None:
+            return None
+        answer = _certify(solver, far)
+        if answer is not None and answer.exact:
+            return answer
+        trial, motion, load_factor = far.trial, far.mechanism, far.load_factor
+    return None
+
+
+def find_collapse_state(
+    solver: EquilibriumSolver, collapse: Collapse, effort: Effort | None = None
+) -> Answer | None:
+    """Return the exact state that two programs in turn find near a collapse; None if they find none.
+
+    In the plane linear programs solve for the mechanism and the statics of the forces at the collapse. In
+    space and on large scenes interior points do so.
+    """
+    # Imports a modelling language, which takes seconds.
+    from masonry_opt.methods.exact.alternation import Alternation
+    from masonry_opt.methods.exact.refiner import Refiner
+
+    problem, effort = solver.problem, effort or Effort()
+    forces = solver.law.of_problem(solver.law.respond(collapse.state.trial).forces)
+    if not problem.layout.round and problem.joints <= SEARCH.simplex_up_to:
+        state = Refiner(problem, effort).first(forces)
+        answer = None if state is None else state.answer
+    else:
+        answer = Alternation(problem, effort).state_near(forces, None)
+    return answer if answer is not None and answer.exact else None
+
+
+def _solve_far_along(
+    solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
+) -> _FarState | None:
+    """Return the state ``far`` along the motion (3b,) from trial forces (3, m); None if there is none."""
+    problem = solver.problem
+    if solver.moves_no_joint(motion):
+        return _balance_rigid_motion(solver, trial, motion)
+    far = solver.far(problem.dead + load_factor * problem.live)
+    d = motion * (far / solver.size_of_motion(motion))
+    control = solver.matrix.B @ solver.trial_change(d).ravel()
+    for _ in range(solver.settings.newton_iterations):
+        response = solver.law.respond(trial + solver.trial_change(d))
+        left = solver.unbalanced(response, problem.dead + load_factor * problem.live)
+        both = solver.solve_linear(response.tangent, 0.0, np.column_stack([left, problem.live]))
+        x, y = both.T
+        if not np.isfinite(both).all() or control @ y == 0:
+            return None
+        if np.abs(left).max() <= ROUNDING * far * solver.mean_force:
+            return _FarState(load_factor, response.remembered, response.forces, d, y)
+        change = -float(control @ x) / float(control @ y)
+        d, load_factor = d + x + change * y, load_factor + change
+    return None
+
+
+def _balance_rigid_motion(
+    solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
+) -> _FarState | None:
+    """Return the state in which the loads do no work on a motion (3b,) that moves no joint, or None."""
+    problem, response = solver.problem, solver.law.respond(trial)
+    work = float(problem.live @ motion)
+    if work == 0:
+        return None
+    load_factor = -float(solver.unbalanced(response, problem.dead) @ motion) / work
+    return _FarState(load_factor, response.remembered, response.forces, motion, motion)
+
+
+def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
+    """Return the state with its displacement or its mechanism as velocities, the better certified one.
+
+    Without work of the live load there is no load factor: None.
+    """
+    problem, q = solver.problem, solver.law.of_problem(far.forces)
+    answers = []
+    for motion in (far.d, far.mechanism):
+        work = float(problem.live @ motion)
+        if work:
+            velocities = motion * (problem.live_norm / work)
+            answers.append(certified(problem.by_cone, far.load_factor, q, velocities))
+    return min(answers, key=lambda answer: answer.certificate.worst, default=None)

@@ -1,0 +1,277 @@
+"""The contact law: elastic contacts that press only, Coulomb friction, and slip that is remembered.
+
+A contact deforms elastically from the forces that it remembers. The trial forces n~ and s~ are those without
+any opening or slip. With the stiffnesses k_n and k_s, the friction μ, the cohesion c and the dilatancy tan ψ,
+the return mapping (Simo & Hughes, Computational Inelasticity, 1998, section 1.4.2) finds the slip P ≥ 0:
+
+    (1)  n_i = max(0, n~_i + k_n tan ψ P)        at each contact point i of the joint
+    (2)  L   = c + μ Σ n_i                       limit of the shear
+    (3)  |s| = |s~| - k_s P ≤ L                  with P = 0 where |s~| ≤ c + μ Σ max(0, n~_i)
+    (4)  s   = |s| s~ / |s~|                     radial return; in the plane this is the sign of s~
+
+A joint has two contact points and one shear in the plane, one contact point and two shears in space. Where
+the joint does not dilate, P follows from (2) and (3) at once. Otherwise |s~| - k_s P - L(P) falls with P
+and is piecewise linear, and Newton's method ends after a few iterations.
+
+Joints of limited strength: the normal forces of both contact points are the nearest ones to the trial forces
+within the chords of the strength parabola, in place of (1). Crushing is elastic: it is not remembered.
+
+Limited forces (ties, props, earth): T = min(highest, max(lowest, T~)). Yield is remembered, slack is not: a
+rod that has gone slack takes up force again where it has lost it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
+from masonry_opt.problem.faces import CHORDS
+from masonry_opt.problem.problem import Problem
+
+#: Relative distance from the limit within which a joint counts as sliding. It covers rounding: forces that
+#: are remembered at the limit are there to some 1e-16.
+AT_LIMIT = 1e-10
+
+#: Force, relative to the mean contact force, up to which a contact counts as touched but not pressed: it is
+#: closed and sticks. Joints that the dead load does not press have forces of zero, up to rounding.
+TOUCHING = 1e-11
+
+#: Newton iterations for the slip of joints that dilate, at most. Piecewise linear equations of one unknown
+#: with two breakpoints need four; with the chords of the strength some more.
+SLIP_ITERATIONS = 60
+
+#: Stiffness that is added to the diagonal of B Bᵀ, for blocks that no force holds. It is small beside the
+#: entries of that matrix, which are near one.
+REGULARISATION = 1e-12
+
+
+def mean_force_and_compliance(problem: Problem) -> tuple[float, np.ndarray]:
+    """Return the mean contact force under the dead load, and the compliance of each force, shape (3c + t,).
+
+    Under the mean force a joint of mean length, in space of mean area, closes by one unit. The stiffness
+    grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
+    is that of the least squares solution of equilibrium under the dead load.
+    """
+    c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
+    blocks = problem.B @ problem.B.T + REGULARISATION * sp.eye_array(problem.dead.size)
+    forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
+    mean_force = float(np.abs(problem.at_points(forces)).mean()) or 1.0
+    extent = np.append(problem.matrices.extent, np.ones(t))
+    normal = extent.mean() / extent / mean_force
+    shear = np.tile(2 / points * normal[:c], 3 - points)
+    return mean_force, np.concatenate([np.tile(normal[:c], points), shear, normal[c:] / 2])
+
+
+@dataclass(frozen=True)
+class Response:
+    """Forces of the contacts under trial forces. The m columns are the joints, then the limited forces."""
+
+    forces: np.ndarray  #: shape (3, m): n₁, n₂ and s, in space n, s and t; limited forces in the last row
+    tangent: np.ndarray  #: derivative of ``forces`` (first axis) by trial forces (second), shape (3, 3, m)
+    remembered: np.ndarray  #: trial forces from which the next step goes on, without past slip, shape (3, m)
+    sliding: np.ndarray  #: joints that press and are at their friction limit, shape (c,)
+    open: np.ndarray  #: joints without normal force, shape (c,)
+
+
+class ContactLaw:
+    """Return mapping of all joints and limited forces of a problem. See the docstring of the module."""
+
+    def __init__(self, problem: Problem, compliance: np.ndarray, mean_force: float = 1.0) -> None:
+        """Set up the law of a problem.
+
+        ``compliance`` is the motion of each force of the problem per unit of force, shape (3c + t,), and
+        ``mean_force`` the mean contact force under the dead load.
+        """
+        self._touching = TOUCHING * mean_force
+        joints = problem.joints
+        self.joints, self.points = joints, problem.layout.points
+        self.stiffness = 1 / by_joint(compliance, joints, fill=1.0)
+        self.can_slide = np.isin(np.arange(joints), problem.sliding)
+        self.friction, self.dilatancy, self.cohesion = np.zeros((3, joints))
+        self.friction[problem.sliding] = problem.friction
+        self.dilatancy[problem.sliding] = problem.dilatancy
+        self.cohesion[problem.sliding] = problem.cohesion
+        self.strength = StrengthPolygon(problem.crushing, problem.crushing_force)
+        bounded = np.isfinite(problem.lowest), np.isfinite(problem.highest)
+        self._yields_at_lowest = bounded[0] & (problem.lowest != 0)
+        self._yields_at_highest = bounded[1] & (problem.highest != 0)
+        self.lowest, self.highest = problem.lowest, problem.highest
+        self._dilates = bool(self.dilatancy.any())
+        self._opening_stiffness = self.stiffness[0, :joints] * self.dilatancy
+        self._shear_stiffness = self.stiffness[2, :joints]
+
+    @property
+    def count(self) -> int:
+        """Number of joints and limited forces, m."""
+        return self.stiffness.shape[1]
+
+    def of_problem(self, forces: np.ndarray) -> np.ndarray:
+        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
+        return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
+
+    def respond(self, trial: np.ndarray) -> Response:
+        """Return forces, tangent and memory under trial forces, shape (3, m)."""
+        forces, remembered = np.zeros_like(trial), np.zeros_like(trial)
+        tangent = np.zeros((3, *trial.shape))
+        joints = slice(self.joints)
+        at_limit = self._map_joints(
+            trial[:, joints], forces[:, joints], tangent[:, :, joints], remembered[:, joints]
+        )
+        if self.joints < self.count:
+            self._limit_forces(trial, forces, tangent, remembered)
+        is_open: np.ndarray = (forces[: self.points, joints] == 0).all(axis=0)
+        return Response(forces, tangent, remembered, at_limit & ~is_open, is_open)
+
+    def _limit_forces(
+        self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
+    ) -> None:
+        """Fill in forces, tangent and memory of ties, props and earth."""
+        limited = slice(self.joints, None)
+        free = trial[2, limited]
+        forces[2, limited] = np.clip(free, self.lowest, self.highest)
+        tangent[2, 2, limited] = ~self._yield(free) & (free >= self.lowest) & (free <= self.highest)
+        slack = (free < self.lowest) & (self.lowest == 0)
+        remembered[2, limited] = np.where(slack, free, forces[2, limited])
+
+    def _yield(self, free: np.ndarray) -> np.ndarray:
+        """Return True for the limited forces that yield under trial forces, shape (t,).
+
+        At a limit of zero a rod does not yield: it is slack, or about to take up force.
+        """
+        at_lowest, at_highest = self._yields_at_lowest, self._yields_at_highest
+        lowest, highest = self.lowest[at_lowest], self.highest[at_highest]
+        yields = np.zeros(free.shape, dtype=bool)
+        yields[at_lowest] |= free[at_lowest] <= lowest + AT_LIMIT * np.abs(lowest)
+        yields[at_highest] |= free[at_highest] >= highest - AT_LIMIT * np.abs(highest)
+        return yields
+
+    def _map_joints(
+        self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
+    ) -> np.ndarray:
+        """Fill in forces, tangent and memory of the joints, eqs (1) to (4).
+
+        Return the joints that are at their friction limit, shape (c,).
+        """
+        normal, shear = slice(self.points), slice(self.points, 3)
+        size = np.abs(trial[2]) if self.points == 2 else np.hypot(trial[1], trial[2])
+        n, tangent[normal, normal] = self._press(trial[normal])
+        limit = self.cohesion + self.friction * n.sum(axis=0)
+        # A joint without any force, as before the dead load acts, sticks.
+        untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
+        slides = self.can_slide & (size >= (1 - AT_LIMIT) * limit) & ~untouched
+        remembered[normal] = trial[normal]
+        if self._dilates:
+            slip = self._find_slip(trial[normal], size, slides)
+            remembered[normal] += self._opening_stiffness * slip
+            n, tangent[normal, normal] = self._press(remembered[normal])
+            limit = self.cohesion + self.friction * n.sum(axis=0)
+        direction = trial[shear] / np.where(size > 0, size, 1.0)
+        ratio = np.where(slides, limit / np.where(size > 0, size, 1.0), 1.0)
+        forces[normal], forces[shear] = n, ratio * trial[shear]
+        remembered[shear] = forces[shear]
+        self._add_slip_tangent(tangent, direction, ratio, slides)
+        return slides
+
+    def _add_slip_tangent(
+        self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
+    ) -> None:
+        """Complete the tangent, which has only the derivative of the normal forces, by that of the shears."""
+        normal, shear = slice(self.points), slice(self.points, 3)
+        pressed = tangent[normal, normal].sum(axis=0)
+        limit_rate = slides * self.friction * pressed
+        if self._dilates:
+            opens = self._opening_stiffness
+            total = self._shear_stiffness + self.friction * opens * pressed.sum(axis=0)
+            slip_by_normal, slip_by_size = -limit_rate / total, slides / total
+            pressed_by_slip = opens * tangent[normal, normal].sum(axis=1)
+            limit_by_slip = self.friction * opens * pressed.sum(axis=0)
+            tangent[normal, normal] += pressed_by_slip[:, None] * slip_by_normal
+            tangent[normal, shear] = pressed_by_slip[:, None] * slip_by_size * direction
+            limit_rate = limit_rate + limit_by_slip * slip_by_normal
+            tangent[shear, shear] = direction[:, None] * direction * (limit_by_slip * slip_by_size)
+        tangent[shear, normal] = direction[:, None] * limit_rate
+        if self.points == 2:
+            tangent[2, 2] += ~slides
+            return
+        across = np.eye(2)[:, :, None] - direction[:, None] * direction
+        tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
+
+    def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return normal forces (points, c) and their derivative (points, points, c), eq. (1) with P = 0."""
+        closed = trial >= -self._touching
+        forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))
+        for point in range(self.points):
+            rates[point, point] = closed[point]
+        crushing = self.strength.joints
+        if len(crushing):
+            forces[:, crushing], rates[:, :, crushing] = self.strength.project(trial[:, crushing])
+        return forces, rates
+
+    def _find_slip(self, trial: np.ndarray, size: np.ndarray, slides: np.ndarray) -> np.ndarray:
+        """Return the slip P ≥ 0 of the joints that slide, shape (c,), by Newton's method within a bracket."""
+        stiff, opens = self._shear_stiffness, self._opening_stiffness
+        low, high = np.zeros_like(size), size / stiff
+        slip = low
+        for _ in range(SLIP_ITERATIONS):
+            n, pressed = self._press(trial + opens * slip)
+            excess = slides * (size - stiff * slip - self.cohesion - self.friction * n.sum(axis=0))
+            low, high = np.where(excess > 0, slip, low), np.where(excess < 0, slip, high)
+            step = excess / (stiff + self.friction * opens * pressed.sum(axis=(0, 1)))
+            if (np.abs(step) <= 1e-15 * high).all():
+                break
+            newton = slip + step
+            slip = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2)
+        return slides * slip
+
+
+class StrengthPolygon:
+    """Admissible normal forces of joints of limited strength: a convex polygon in the plane of n₁ and n₂.
+
+    The chords of the strength parabola bound the moment for either sense. As the stiffness is alike at both
+    contact points, the elastic return is the projection onto the polygon.
+    """
+
+    def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
+        self.joints = joints  #: indices, shape (l,)
+        self._crushing_force = crushing_force  #: f_c L, shape (l,)
+
+    @cached_property
+    def _corners(self) -> np.ndarray:
+        """Corners of the polygon over the crushing force, shape (corners, 2), counter-clockwise."""
+        # Knots x = n / (f_c L) of the chords; at each, m = L/2 · x (1 - x), so that n₁, n₂ = (x ± x (1 -
+        # x)) / 2.
+        slope, constant = CHORDS.slope, CHORDS.constant
+        inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
+        x = np.concatenate([[0.0], inner, [1.0]])
+        moment = np.concatenate([[0.0], slope[:-1] * inner + constant[:-1], [0.0]])
+        upper = np.stack([(x + moment) / 2, (x - moment) / 2], axis=1)
+        return np.concatenate([upper, upper[-2:0:-1, ::-1]])
+
+    def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest admissible normal forces (2, l), and their derivative (2, 2, l)."""
+        corners = self._corners[:, :, None] * self._crushing_force
+        sides = np.roll(corners, -1, axis=0) - corners
+        length = np.hypot(sides[:, 0], sides[:, 1])
+        along = sides / length[:, None]
+        offset = trial - corners
+        # The interior lies to the left of each side.
+        outside = (along[:, 1] * offset[:, 0] - along[:, 0] * offset[:, 1]).max(axis=0) > 0
+        share = np.clip((offset * along).sum(axis=1), 0.0, length)
+        foot = corners + share[:, None] * along
+        distance = np.hypot(*np.moveaxis(trial - foot, 1, 0))
+        nearest = distance.argmin(axis=0)
+        each = np.arange(trial.shape[1])
+        on_side = (share[nearest, each] > 0) & (share[nearest, each] < length[nearest, each])
+        tangent = along[nearest, :, each].T
+        rates = np.where(outside, on_side * tangent[:, None] * tangent, np.eye(2)[:, :, None])
+        return np.where(outside, foot[nearest, :, each].T, trial), rates
+
+
+def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:
+    """Return values in the problem's order (3c + t,) by joint and limited force, shape (3, m)."""
+    table = np.full((3, len(values) - 2 * joints), fill)
+    table[:2, :joints] = values[: 2 * joints].reshape(2, joints)
+    table[2] = values[2 * joints :]
+    return table

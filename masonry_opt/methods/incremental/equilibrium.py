@@ -1,0 +1,342 @@
+"""Equilibrium under a load: Newton's method, and where it fails the damped motion of the blocks.
+
+From a state, a displacement d of the blocks changes the trial forces of the contacts to q~ - k Bᵀd. The
+blocks are in equilibrium under a load f if the forces q of the contact law balance it:
+
+    (1)  r(d) = B q(q~ - k Bᵀd) + f = 0
+
+Friction without dilatancy has no potential: near the state (1) may have no solution, or several. Where
+Newton's method fails, the blocks therefore move against a viscous damping η until they are in equilibrium
+again, or have moved ``far``: a collapse. Each time step, from the state after the last one, is one of the
+implicit Euler method,
+
+    (2)  r(d) - η B k Bᵀd = 0,
+
+solved by Newton's method until the residual is a share ``motion`` of the forces out of balance at the start.
+The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
+open, close, slip or stick so that no iteration is, the step ends where the residual of the first direction
+reaches that share. The damping falls after whole steps and grows after parts.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from masonry_opt.methods.incremental.contact_law import (
+    ContactLaw,
+    Response,
+    by_joint,
+    mean_force_and_compliance,
+)
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
+from masonry_opt.problem.problem import Problem
+
+#: Share of the predicted decrease of the residual that a Newton step must achieve (Armijo's rule). If
+#: larger, more steps are halved.
+SUFFICIENT_DECREASE = 1e-4
+
+#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
+#: blocks move without moving any joint. It lies far above rounding, some 1e-12.
+UNRESISTED = 1e-3
+
+#: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
+NO_JOINT_MOVES = 1e-9
+
+#: Newton iterations of a step in time at most. In the plane the first decides; in space directions of slip
+#: turn, and a second or third iteration saves a shorter step.
+NEWTON_PER_STEP = 3
+
+#: Length of the shortest step in time, relative to the whole step. Shorter ones are tried again with more
+#: damping.
+SHORTEST_STEP = 1 / 32
+
+#: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion without
+#: end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks may be
+#: missed.
+STEADY = 1e-2
+
+
+@dataclass(frozen=True)
+class BlockState:
+    """Trial forces that the contacts remember, and displacements of the blocks."""
+
+    trial: np.ndarray  #: shape (3, m)
+    d: np.ndarray  #: shape (3b,)
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of equilibrium."""
+
+    state: BlockState
+    response: Response  #: of the contacts
+    by_motion: bool  #: True if Newton's method failed and the blocks came to rest after a damped motion
+
+
+@dataclass(frozen=True)
+class Collapse:
+    """A motion beyond ``far``."""
+
+    state: BlockState  #: during the motion
+    motion: np.ndarray  #: displacement with which the motion goes on from there, shape (3b,)
+
+
+@dataclass(frozen=True)
+class SlowMotion:
+    """A motion that ended neither in equilibrium nor beyond ``far`` after ``motion_solves``."""
+
+    state: BlockState  #: at the end
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Displacements from a state, and the response to them."""
+
+    state: BlockState
+    response: Response
+    displacement: np.ndarray  #: d, shape (3b,)
+    unbalanced: np.ndarray  #: r, shape (3b,)
+    residual: np.ndarray  #: of (2), or of (1) without damping, shape (3b,)
+
+
+class EquilibriumSolver:
+    """Solver of equations (1) and (2) for one problem.
+
+    Attributes
+    ----------
+    mean_force: mean contact force under the dead load.
+    iterations: number of linear solves so far.
+    factorisations: number of factorisations so far. A tangent that is the same as the last one is not
+        factorised again.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        settings: IncrementalSettings | None = None,
+        compliance: np.ndarray | None = None,
+        matrix: StiffnessMatrix | None = None,
+    ) -> None:
+        """Set up contact law and matrix.
+
+        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. A matrix of
+        another problem is used again if it suits the contacts.
+        """
+        self.problem, self.settings = problem, settings or IncrementalSettings()
+        self.mean_force, by_extent = mean_force_and_compliance(problem)
+        compliance = by_extent if compliance is None else compliance
+        self.law = ContactLaw(problem, compliance, self.mean_force)
+        suits = matrix is not None and matrix.suits(problem, self.law)
+        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
+        self.iterations = self.factorisations = 0
+        self._last: tuple[np.ndarray, float, Factors] | None = None
+
+    def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
+        """Return a state without displacement; forces (3c + t,) are in the problem's order."""
+        if forces is None:
+            forces = np.zeros(self.problem.B.shape[1])
+        return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
+
+    def equilibrate(
+        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
+    ) -> Equilibrium | Collapse | SlowMotion:
+        """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
+
+        Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
+        beyond ``far`` does not count: joints that are not quite parallel jam there.
+        """
+        found = self.find_equilibrium(state, load, predictor)
+        return self.move(state, load) if found is None else found
+
+    def find_equilibrium(
+        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
+    ) -> Equilibrium | None:
+        """Return the equilibrium that Newton's method finds; None if it fails."""
+        step = self._solve(state, load, predictor)
+        if step is None or self.size_of_motion(step.displacement) > self.far(load):
+            return None
+        return Equilibrium(step.state, step.response, by_motion=False)
+
+    def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
+        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
+        rigid = self._find_rigid_motion(state, load)
+        if rigid is not None:
+            return Collapse(state, rigid)
+        settings, damping = self.settings, self.settings.damping
+        travelled = checked = 0.0
+        start = self._evaluate(state, load)
+        last = self.iterations + settings.motion_solves
+        while self.iterations < last:
+            step, share = self._step_in_time(start, load, damping)
+            damping *= settings.acceleration if share < 1.0 else 1 / settings.acceleration
+            if step is None:
+                continue
+            start = self._evaluate(step.state, load)
+            if self.is_balanced(start.unbalanced, load):
+                return Equilibrium(start.state, start.response, by_motion=True)
+            travelled += self.size_of_motion(step.displacement)
+            if travelled > self.far(load):
+                return Collapse(start.state, step.displacement)
+            if share == 1.0 and travelled > 10 * checked:
+                checked = travelled
+                endless = self._find_endless_motion(start, load)
+                if endless is not None:
+                    return Collapse(start.state, endless)
+        return SlowMotion(start.state)
+
+    def trial_change(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the change of the trial forces, shape (3, m), under a displacement (3b,): -k Bᵀd."""
+        change: np.ndarray = -self.law.stiffness * (self.matrix.Bt @ displacement).reshape(3, -1)
+        return change
+
+    def size_of_motion(self, displacement: np.ndarray) -> float:
+        """Return the root mean square motion of the contacts, in elastic displacements."""
+        return self.size(self.trial_change(displacement))
+
+    def size(self, forces: np.ndarray) -> float:
+        """Return the root mean square of forces, relative to the mean contact force."""
+        flat = forces.ravel()
+        return sqrt(float(flat @ flat) / flat.size) / self.mean_force
+
+    def unbalanced(self, response: Response, load: np.ndarray) -> np.ndarray:
+        """Return the forces out of balance, shape (3b,)."""
+        left: np.ndarray = self.matrix.B @ response.forces.ravel() + load
+        return left
+
+    def is_balanced(self, unbalanced: np.ndarray, load: np.ndarray) -> bool:
+        """Return True if forces out of balance are negligible."""
+        return self.size(unbalanced) <= self._negligible(load)
+
+    def factors(self, tangent: np.ndarray, damping: float) -> Factors:
+        """Return the factors of the stiffness matrix for a tangent (3, 3, m) and a damping."""
+        if self._last is not None:
+            last_tangent, last_damping, factors = self._last
+            if damping == last_damping and np.array_equal(tangent, last_tangent):
+                return factors
+        factors = self.matrix.factorise(tangent, damping)
+        self.factorisations += 1
+        self._last = tangent, damping, factors
+        return factors
+
+    def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
+        """Return the displacements under loads, shape (3b,) or (3b, count), for a tangent (3, 3, m)."""
+        self.iterations += 1
+        return self.factors(tangent, damping).solve(right)
+
+    def far(self, load: np.ndarray) -> float:
+        """Return the displacement beyond which the blocks have collapsed under a load (3b,)."""
+        return self.settings.far * max(1.0, self.size(load))
+
+    def _negligible(self, load: np.ndarray) -> float:
+        return self.settings.equilibrium * max(1.0, self.size(load))
+
+    def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
+        """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
+
+        The damping, which is that of the contacts, does not slow such a motion.
+        """
+        response = self.law.respond(state.trial)
+        unbalanced = self.unbalanced(response, load)
+        sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
+        motion = self.solve_linear(sticks, 0.0, unbalanced)
+        left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
+        if self.size(left) <= UNRESISTED * self.size(unbalanced):
+            return None
+        rigid: np.ndarray = motion / np.abs(motion).max()
+        return rigid
+
+    def moves_no_joint(self, displacement: np.ndarray) -> bool:
+        """Return True if a displacement (3b,) moves blocks without moving any joint."""
+        return self.size_of_motion(displacement) <= NO_JOINT_MOVES * float(np.abs(displacement).max())
+
+    def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
+        """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
+
+        Without damping these forces cause a displacement that is this large only along a mechanism.
+        """
+        far = self.far(load)
+        motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)
+        size = self.size_of_motion(motion)
+        if not size > far:
+            return None
+        motion = motion * (far / size)
+        change = self._evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
+        return motion if self.size(change) <= STEADY * self.size(step.unbalanced) else None
+
+    def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
+        """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.
+
+        Newton's method goes on as long as each iteration halves the residual, three times at most. If it
+        fails, the step is a part of the first iteration; None if that part is too short.
+        """
+        size = self.size(start.unbalanced)
+        limit = 2 * size
+        first = step = self._iterate(start, start, load, damping)
+        error = self.size(step.residual)
+        for _ in range(NEWTON_PER_STEP - 1):
+            if error <= self.settings.motion * size or error > limit:
+                break
+            limit = error / 2
+            step = self._iterate(start, step, load, damping)
+            error = self.size(step.residual)
+        if error <= self.settings.motion * size:
+            return step, 1.0
+        return self._shorten(start, first, load)
+
+    def _iterate(self, start: _Step, step: _Step, load: np.ndarray, damping: float) -> _Step:
+        """Return the next Newton iteration of the step in time from ``start``."""
+        x = self.solve_linear(step.response.tangent, damping, step.residual)
+        return self._evaluate(start.state, load, damping, step.displacement + x)
+
+    def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
+        """Return the longest part of a step that the tangent predicts well, and its length.
+
+        The tangent predicts that forces out of balance change linearly to those that the damping balances.
+        """
+        enough = self.settings.motion * self.size(start.unbalanced)
+        predicted = whole.unbalanced - whole.residual
+        found, length, too_long = None, 0.0, 1.0
+        while too_long > max(SHORTEST_STEP, 1.5 * length):
+            share = (length + too_long) / 2
+            part = self._evaluate(start.state, load, 0.0, share * whole.displacement)
+            error = part.unbalanced - (1 - share) * start.unbalanced - share * predicted
+            if self.size(error) <= enough:
+                found, length = part, share
+            else:
+                too_long = share
+        return found, length
+
+    def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
+        """Solve (1) by Newton's method with backtracking; None if it fails."""
+        step = self._evaluate(state, load, 0.0, predictor)
+        size = self.size(step.residual)
+        for _ in range(self.settings.newton_iterations):
+            if self.is_balanced(step.residual, load):
+                return step
+            direction = self.solve_linear(step.response.tangent, 0.0, step.residual)
+            length, last = 1.0, step
+            for _ in range(self.settings.halvings + 1):
+                step = self._evaluate(state, load, 0.0, last.displacement + length * direction)
+                new_size = self.size(step.residual)
+                is_less = new_size <= (1 - SUFFICIENT_DECREASE * length) * size
+                if is_less or self.is_balanced(step.residual, load):
+                    break
+                length /= 2
+            else:
+                return None
+            size = new_size
+        return None
+
+    def _evaluate(
+        self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
+    ) -> _Step:
+        """Return the response to a displacement (3b,) from a state; by default to none."""
+        d = np.zeros(self.matrix.size) if d is None else d
+        change = self.trial_change(d)
+        response = self.law.respond(state.trial + change)
+        residual = unbalanced = self.unbalanced(response, load)
+        if damping:
+            residual = unbalanced + damping * (self.matrix.B @ change.ravel())
+        return _Step(BlockState(response.remembered, state.d + d), response, d, unbalanced, residual)

@@ -1,0 +1,178 @@
+"""Method "incremental": the incremental load factor, at which equilibrium is lost as the live load is raised.
+
+Coulomb's problem has many states. Elastic contacts and a load history from rest single one out. The analysis
+(:mod:`~masonry_opt.methods.incremental.analysis`) ends in one of four ways:
+
+1. Collapse with an exact state, whose load factor lies between the load carried and the one not carried.
+2. Collapse within a range: these two loads alone are known. An exact state in which the blocks move on under
+   a lower load is the answer if there is one, and the load carried is the largest of the history.
+3. No limit: the response stays linear while the load grows without end.
+4. Undecided, as where the blocks still move after many steps.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, InstanceOf, Strict
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.load_history import LoadStep
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.methods.exact.self_stress import self_stress
+from masonry_opt.methods.incremental.analysis import (
+    ROUNDING,
+    End,
+    IncrementalAnalysis,
+    IncrementalResult,
+    analysis_of,
+    is_meaningful,
+)
+from masonry_opt.methods.incremental.collapse_state import find_collapse_state
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.task import Options, Task
+
+#: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If larger,
+#: the contacts differ more.
+STIFFNESS_DEVIATION = 0.5
+
+
+class IncrementalOptions(Options):
+    """Options of the incremental analysis.
+
+    Attributes
+    ----------
+    curve: True to tell the load–displacement curve too, as ``result.curve``.
+    spread: number of draws of the contacts' stiffness, and of the self-stress under the dead load, of which
+        the least and the largest incremental load factor are told too.
+    settings: numbers that control the analysis.
+    """
+
+    curve: Annotated[bool, Strict()] = False
+    spread: Annotated[int, Strict(), Field(ge=1, le=1000)] | None = None
+    settings: InstanceOf[IncrementalSettings] | None = None
+
+
+def incremental(task: Task) -> Solution:
+    """Return the state at which equilibrium is lost as the live load is raised from rest."""
+    options, effort = task.options or IncrementalOptions(), task.effort
+    effort.begins("incremental analysis")
+    effort.uses(task.solver.name, "incremental analysis")
+    with effort.measure("build"):
+        analysis = analysis_of(task, options.settings)
+
+    def record(step: LoadStep) -> None:
+        effort.iterations += 1
+        task.progress(step)
+
+    with effort.measure("solve"):
+        result = analysis.run(record)
+        if result.collapse is not None and result.end is End.COLLAPSE and result.state is None:
+            result = result.with_state(find_collapse_state(analysis.solver, result.collapse, effort))
+        solution = replace(_solution(analysis, result), solver=task.solver)
+        if options.curve:
+            solution = _with_curve(solution)
+        if options.spread:
+            solution = solution.telling(_spread(analysis, options.spread))
+    return solution
+
+
+def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solution:
+    """Return the solution of an analysis, by how it ended."""
+    steps = len(result.history.steps)
+    solution = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
+    if result.end is End.UNSTABLE:
+        falling = _falling_state(analysis)
+        if falling is None:
+            return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
+        found = Found(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
+        return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
+    if result.history.steps:
+        solution = replace(solution, history=result.history.steps, load_history=result.history)
+    if result.end is End.UNBOUNDED:
+        return solution.ended(Status.SOLVER_FAILED, Code.UNBOUNDED, steps=steps)
+    if result.end in (End.SLOW, End.UNDECIDED):
+        return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
+    return _at_collapse(analysis, result, solution)
+
+
+def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solution: Solution) -> Solution:
+    """Return the solution with the exact state of the collapse, or with the range of its load factor."""
+    told: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
+    if result.state is not None:
+        ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **told)
+        return replace(ended, followed_to_end=True)
+    told |= {"carried": result.carried, "not_carried": result.not_carried}
+    lower = result.state_in_motion
+    if lower is not None and is_meaningful(analysis, lower.load_factor, lower.d):
+        ended = replace(solution, found=lower).ended(Status.CONVERGED, Code.RANGE, **told)
+        return replace(ended, followed_to_end=True, peak=result.carried)
+    found = _last_state(analysis, result)
+    return replace(solution, found=found).ended(Status.CONVERGED, Code.RANGE, **told)
+
+
+def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
+    """Return the equilibrium under the largest load that is carried, with the motion of the collapse."""
+    problem, collapse = analysis.problem.by_cone, result.collapse
+    assert collapse is not None
+    work = float(problem.live @ collapse.motion)
+    d = collapse.motion * (problem.live_norm / work if work > 0 else 1 / np.abs(collapse.motion).max())
+    return certified(problem, result.carried, result.history.steps[-1].forces, d)
+
+
+def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
+    """Return the exact state in which a share of the dead load brings the scene down, if one is found."""
+    problem = analysis.problem
+    raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
+    result = IncrementalAnalysis(raised, analysis.solver.settings).run()
+    state = result.state or result.state_in_motion
+    return state if state is not None and state.load_factor <= 1 + ROUNDING else None
+
+
+def _undecided(result: IncrementalResult) -> dict[str, Any]:
+    return {"word": str(result.end), "steps": len(result.history.steps), "looped": False, "searched": False}
+
+
+def _with_curve(solution: Solution) -> Solution:
+    """Return the solution with its load–displacement curve, if it has a load history."""
+    history = solution.load_history
+    if history is None:
+        return solution
+    why = reason(Code.CURVE, states=len(history.steps), jumps=history.jumps)
+    return replace(solution, tells_curve=True).telling(why)
+
+
+def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
+    """Return ranges of the incremental load factor, over draws of stiffness and over draws of self-stress.
+
+    A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
+    """
+    rng = np.random.default_rng(0)
+    stiffness, by_stiffness = _range(
+        analysis.with_random_stiffness(STIFFNESS_DEVIATION, rng) for _ in range(draws)
+    )
+    stress, by_stress = _range(_stressed(analysis, number, rng) for number in range(draws))
+    without = 2 * draws - by_stiffness - by_stress
+    return reason(Code.SPREAD, draws=draws, stiffness=stiffness, stress=stress, without=without)
+
+
+def _stressed(
+    analysis: IncrementalAnalysis, number: int, rng: np.random.Generator
+) -> IncrementalAnalysis | None:
+
+    one, other = (self_stress(analysis.problem, rng) for _ in range(2))
+    if one is None or other is None:
+        return None
+    share = rng.uniform() if number % 2 else 1.0
+    problem = replace(analysis.problem, settled=share * one + (1 - share) * other)
+    return analysis.again_for(problem)
+
+
+def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
+    """Return the least and largest incremental load factor, and the number of load histories."""
+    ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
+    found = [load_factor for load_factor in ends if load_factor is not None]
+    return ((min(found), max(found)) if found else None), len(found)

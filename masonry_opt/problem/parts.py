@@ -1,0 +1,155 @@
+"""Short names of a problem's matrices, joint law and yield conditions.
+
+Formulas read ``problem.B`` and ``problem.friction`` in place of ``problem.matrices.B`` and
+``problem.law.friction``.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.problem.faces import Faces, Layout
+from masonry_opt.problem.laws import Forms, Law
+from masonry_opt.problem.matrices import Matrices
+
+
+class ProblemParts:
+    """Read-only access to what the matrices, the law and the faces of a problem define.
+
+    :class:`~.problem.Problem` adds the loads.
+    """
+
+    matrices: Matrices
+    law: Law
+
+    @cached_property
+    def table(self) -> Faces:
+        """Return the yield conditions, shared by all problems that limit the same joints and forces."""
+        bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
+        return self.matrices.faces(self.sliding, self.crushing, bounded)
+
+    @property
+    def B(self) -> sp.csr_array:
+        """Return the equilibrium matrix, shape (3b, 3c + t)."""
+        return self.matrices.B
+
+    @property
+    def length_unit(self) -> float:
+        """Return the unit of length, in the scene's own unit."""
+        return self.matrices.length_unit
+
+    @property
+    def layout(self) -> Layout:
+        """Return the index conventions of the plane or of space."""
+        return self.matrices.layout
+
+    @property
+    def blocks(self) -> int:
+        """Return the number of movable blocks, b."""
+        return self.matrices.blocks
+
+    @property
+    def joints(self) -> int:
+        """Return the number of joints, c; in space that of contact points."""
+        return self.matrices.joints
+
+    @property
+    def part(self) -> np.ndarray:
+        """Return the number of the connected component of each joint, shape (c,)."""
+        return self.matrices.part
+
+    def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
+        """Return the limited forces, or their motions, shape (t,), in values of all columns."""
+        return self.matrices.of_forces(of_columns)
+
+    def by_block(self, of_rows: np.ndarray) -> np.ndarray:
+        """Return loads or velocities, shape (3b,), as an array with one row a block, shape (b, 3)."""
+        return self.matrices.by_block(of_rows)
+
+    def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
+        """Return forces or motions of joints, shape (3c + t,), one row for each kind, shape (3, c)."""
+        return self.matrices.by_kind(of_columns)
+
+    @property
+    def sliding(self) -> np.ndarray:
+        """Return the indices of the joints that can slide, shape (k,)."""
+        return self.law.sliding
+
+    @property
+    def friction(self) -> np.ndarray:
+        """Return the friction coefficient μ of each joint that can slide, shape (k,)."""
+        return self.law.friction
+
+    @property
+    def cohesion(self) -> np.ndarray:
+        """Return the cohesion of each joint that can slide, as a force, shape (k,)."""
+        return self.law.cohesion
+
+    @property
+    def dilatancy(self) -> np.ndarray:
+        """Return the dilatancy tan φ₀ of each joint that can slide, shape (k,)."""
+        return self.law.dilatancy
+
+    @property
+    def crushing(self) -> np.ndarray:
+        """Return the indices of the joints of limited strength, shape (l,)."""
+        return self.law.crushing
+
+    @property
+    def crushing_force(self) -> np.ndarray:
+        """Return the normal force f_c L that crushes each such joint whole, shape (l,)."""
+        return self.law.crushing_force
+
+    @property
+    def lowest(self) -> np.ndarray:
+        """Return the lower limit of each limited force, −inf if there is none, shape (t,)."""
+        return self.law.lowest
+
+    @property
+    def highest(self) -> np.ndarray:
+        """Return the upper limit of each limited force, inf if there is none, shape (t,)."""
+        return self.law.highest
+
+    @property
+    def forms(self) -> Forms:
+        """Return the forms of the friction law and of the strength law."""
+        return self.law.forms
+
+    @property
+    def dilatancy_depends_on_stress(self) -> bool:
+        """Return True if the dilatancy of some joint falls with its normal force."""
+        return self.law.dilatancy_depends_on_stress
+
+    def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
+        """Return the dilatancy tan φ₀, shape (k,), under normal forces of all joints, shape (c,)."""
+        return self.law.dilatancy_at(n)
+
+    @property
+    def N(self) -> sp.csr_array:
+        """Return the matrix that sums the normal forces of each joint that can slide, shape (k, 3c + t)."""
+        return self.table.N
+
+    @property
+    def limit_factors(self) -> sp.csr_array:
+        """Return the factor of each joint's shear limit in each face, shape (faces, k)."""
+        return self.table.limit_factors
+
+    @property
+    def bent(self) -> np.ndarray:
+        """Return the indices of the crushing faces, shape (2, l, chords)."""
+        return self.table.bent
+
+    @property
+    def face_joint(self) -> np.ndarray:
+        """Return the joint of each face that belongs to a joint, shape (faces − limits,)."""
+        return self.table.face_joint
+
+    @property
+    def faces(self) -> int:
+        """Return the number of yield conditions."""
+        return self.table.count
+
+    def C(self, slope: np.ndarray) -> sp.csr_array:
+        """Return the yield matrix with shear limits of a slope, shape (k,): shape (faces, 3c + t)."""
+        return self.table.C(slope)

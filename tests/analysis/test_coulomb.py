@@ -1,0 +1,217 @@
+"""The default method: an exact state near the incremental load factor, at or below the associative λ."""
+
+import warnings
+
+import numpy as np
+import pytest
+from atlas.random_scenes import random_scene
+from scenes import CASES, WALLS, block_on_floor, irregular, small_wall, solved, two_blocks, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.alternation import Alternation
+
+WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
+#: What "exact" means: every part of the certificate.
+EXACT = 1e-8
+#: What interior points leave of complementarity, over λ.
+ALTERNATED = 1e-6
+#: Two linear programs, each solved to some 1e-9 of what is largest in it.
+ASSOCIATIVE = 1e-8
+#: Programs are solved to some 1e-12 of λ on these scenes.
+CLOSED_FORM = 1e-9
+
+SCENES = {
+    **{path.stem: path for path in WALLS},
+    "wedges": WEDGES,
+    "arch": ARCH,
+    "two blocks": two_blocks(),
+    "irregular": irregular(),
+    "small wall": small_wall(),
+    "cohesion": small_wall(cohesion=0.05),
+}
+#: Walls 2 to 6 are asked for the same in Table 1.
+ASKED = [name for name in SCENES if name not in [path.stem for path in WALLS[1:]]]
+
+
+def scene_of(name):
+    found = SCENES[name]
+    return found if isinstance(found, mo.Scene) else mo.load(found)
+
+
+def dilating(scene, share):
+    """Every joint dilates by this share of its friction; what cannot slide needs no dilatancy."""
+    return scene.replace(joints={"dilatancy": share * scene.joints.friction})
+
+
+def codes(result):
+    return [reason.code for reason in result.reasons]
+
+
+def assert_exact(result):
+    assert result.status is mo.Status.CONVERGED
+    assert codes(result) == [Code.STATES_MET]
+    assert result.exact
+    assert result.solution.kind is Kind.EXACT
+    assert result.certificate.worst <= EXACT
+
+
+@pytest.fixture
+def no_ray(certificates):
+    """No load history ends in an exact state."""
+    certificates(1.0)
+
+
+@pytest.fixture
+def no_simplex(failing):
+    """As on large scenes, where simplex would take long: it ends in nothing."""
+    failing("highs")
+
+
+# What it ends in ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
+    """The load history of the incremental load factor is the method's own history."""
+    scene = scene_of(name)
+    result, incremental = solved(scene), solved(scene, "incremental")
+    assert_exact(result)
+    assert result.load_factor <= solved(scene, "static").load_factor * (1 + ASSOCIATIVE)
+    assert result.history.equals(incremental.history)
+    assert 0.98 * incremental.incremental <= result.history["load_factor"].iloc[-1] <= incremental.incremental
+
+
+@pytest.mark.parametrize(
+    ("share", "expected", "near"),
+    [(0.0, 0.15, CLOSED_FORM), (-0.5, 0.15, CLOSED_FORM), (1e-7, 0.25, 1e-5)],
+)
+def test_two_blocks_end_at_the_least_of_their_states(share, expected, near):
+    """Fig. 6d: without dilatancy B may press on A by 0.25 to 0.75, λ = μ (1 + 2 n). If joints dilate, however
+    little, B rises as A slides, and turns about the far end of its support: n = 0.75 alone."""
+    result, proven = (solved(dilating(two_blocks(), share), method) for method in ("coulomb", "global"))
+    assert_exact(result)
+    assert [result.load_factor, proven.load_factor] == pytest.approx([expected] * 2, rel=near)
+
+
+@pytest.mark.parametrize("friction", [0.8, float("inf")])
+def test_a_step_to_the_boundary_divides_by_no_zero(friction):
+    """A column on its edge: the first edge's force vanishes in one step."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        assert mo.solve(block_on_floor(1, 2, friction)).load_factor == pytest.approx(0.5, rel=1e-8)
+
+
+def test_shears_that_nothing_determines_stall_no_pass():
+    """A block on two rough floors side by side: how they share its shear is open; λ = w/h by overturning."""
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=float("inf")),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 1), (0, 1)], weight=1, live=(1, 0)),
+            mo.Block(name="left", vertices=[(-1, -1), (1, -1), (1, 0), (-1, 0)], fixed=True),
+            mo.Block(name="right", vertices=[(1, -1), (3, -1), (3, 0), (1, 0)], fixed=True),
+        ],
+    )
+    assert_exact(solved(scene))
+    assert solved(scene).load_factor == pytest.approx(2.0, rel=1e-9)
+
+
+# Dilatancy ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["wedges", "two blocks", "irregular"])
+def test_dilatancy_equal_to_friction_is_the_associative_problem(name):
+    scene = scene_of(name)
+    result = solved(dilating(scene, 1.0))
+    assert_exact(result)
+    assert result.load_factor == pytest.approx(solved(scene, "static").load_factor, rel=ASSOCIATIVE)
+
+
+@pytest.mark.parametrize("name", ["two blocks", pytest.param("wall_1", marks=pytest.mark.slow)])
+def test_dilatancy_between_has_load_factors_between(name):
+    """λ rises with dilatancy: no theorem, as one state of many is found, but so on these scenes."""
+    scene = scene_of(name)
+    results = [solved(dilating(scene, share)) for share in (0.0, 0.25, 0.5, 1.0)]
+    for result in results:
+        assert_exact(result)
+    factors = np.array([result.load_factor for result in results])
+    assert (np.diff(factors) >= -1e-8 * factors[-1]).all(), factors
+    assert factors[0] < 0.999 * factors[-1]
+    assert (factors <= solved(scene, "static").load_factor * (1 + ASSOCIATIVE)).all()
+
+
+def test_dilatancy_that_falls_with_stress_is_for_the_loop():
+    scene = two_blocks().replace(joints={"dilatancy": 0.1, "dilatancy_stress": (0.05, 0.1)})
+    result, loop = solved(scene), solved(scene, "nonassociative")
+    assert result.status is loop.status is mo.Status.CONVERGED
+    assert result.load_factor == loop.load_factor == pytest.approx(0.15, rel=1e-6)
+    assert codes(result) == codes(loop)
+    assert len(result.history) == len(loop.history)
+    assert (result.model, result.solver) == (loop.model, loop.solver) == ("cvxpy", "clarabel")
+
+
+# The ways to a state --------------------------------------------------------------------------------------
+
+
+def test_where_no_load_history_ends_statics_lead_to_a_state(no_ray, no_simplex):
+    result = mo.solve(WALLS[0], incremental=False)
+    assert (codes(result), result.exact) == ([], True)
+    assert result.certificate.worst <= EXACT
+    assert result.load_factor <= result.associative == pytest.approx(0.64286, abs=5e-6)
+
+
+def test_further_starts_answer_on_small_scenes_where_no_load_history_ends(no_ray):
+    result = mo.solve(two_blocks(), incremental=False)
+    assert_exact(result)
+    assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
+
+
+def test_the_first_state_will_do_if_asked_for():
+    """Two blocks: further starts are tried in vain; wall 1 has too many joints for any."""
+    first, whole = solved(two_blocks(), descent=False), solved(two_blocks())
+    assert values_of(first, Code.STATES_MET)["candidates"] == 1
+    assert values_of(whole, Code.STATES_MET)["candidates"] > 1
+    assert_exact(first)
+
+
+@pytest.mark.parametrize("name", ["wedges", "irregular"])
+def test_interior_points_in_turn_end_near_where_simplex_does(name):
+    """From the end of the load history they lead to a state that is exact but for its complementarity."""
+    simplex, loaded = solved(scene_of(name)), solved(scene_of(name), "incremental")
+    state = loaded.solution.answer
+    found = Alternation(loaded.assembly.problem, Effort()).state_near(state.q, state.d)
+    left = found.certificate
+    assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
+    assert left.complementarity <= ALTERNATED * found.load_factor
+    assert found.load_factor == pytest.approx(simplex.load_factor, rel=ALTERNATED)
+
+
+def test_where_simplex_takes_long_programs_lead_lower_than_the_load_history(no_simplex):
+    result = mo.solve(irregular())
+    assert (codes(result), result.exact) == ([], True)
+    assert result.certificate.worst <= EXACT
+    assert result.load_factor <= result.end * (1 + 1e-9)
+    assert result.end == pytest.approx(solved(irregular(), "incremental").load_factor, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
+    """A load history that claims to have ended is refuted by its certificate, and so is the loop after it."""
+    never = dict.fromkeys(vars(LIMITS[Kind.NEARLY_COMPLEMENTARY]), -1.0)
+    for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP, Kind.INCREMENTAL):
+        monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))
+    result = mo.solve(two_blocks(), incremental=False, descent=False)
+    assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
+
+
+# No load factor -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_joints_that_press_ever_harder_carry_any_load():
+    """The response is linear while the load grows a thousandfold."""
+    result = solved(random_scene("wall", 70003), incremental=True)
+    assert (result.status, result.load_factor, result.incremental) == (mo.Status.JAMMED, None, None)
+    assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]

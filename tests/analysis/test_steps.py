@@ -1,0 +1,74 @@
+"""The default method as a list of steps: which run, what they report, and their order."""
+
+import numpy as np
+import pytest
+from scenes import block_on_floor, overhanging, pressed_down, small_wall, solved, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.methods.coulomb import method
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop
+
+LOAD_HISTORY = "incremental analysis"
+FROM_HISTORY = "exact state from the incremental forces"
+FROM_ASSOCIATIVE = "exact state from the associative forces"
+FURTHER = "further starts"
+LOOP = "loop of linear programs"
+
+
+def steps_of(result: mo.Result) -> list[str]:
+    return [entry.step for entry in result.solution.log]
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "steps"),
+    [
+        (two_blocks(), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
+        (two_blocks(), {"descent": False}, [LOAD_HISTORY, FROM_HISTORY]),
+        (small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0)), {}, [LOOP]),
+        (pressed_down(), {}, [LOAD_HISTORY, FROM_ASSOCIATIVE]),
+    ],
+    ids=["small", "without descent", "dilatancy falls", "no mechanism"],
+)
+def test_steps_that_apply(scene, options, steps):
+    assert steps_of(mo.solve(scene, **options)) == steps
+
+
+def test_a_scene_that_falls_needs_no_step():
+    assert steps_of(mo.solve(overhanging())) == []
+
+
+def test_the_log_follows_the_load_factor():
+    """Two blocks: from .188 as the load grows to the least, .15 (Gilbert et al. 2006)."""
+    log = solved(two_blocks()).solution.log
+    np.testing.assert_allclose([entry.load_factor for entry in log], [0.18843976, 0.15, 0.15], rtol=1e-6)
+    assert [entry.exact_states for entry in log] == [0, 1, 1]
+    assert all(entry.seconds > 0 for entry in log)
+
+
+def test_the_log_has_the_time_of_a_load_history_computed_before():
+    result = mo.solve(two_blocks())
+    assert result.solution.log[0].seconds >= result.seconds["incremental"] > 0
+
+
+def test_the_technical_summary_lists_the_steps():
+    details = solved(two_blocks()).details
+    assert f"{LOAD_HISTORY}: λ = 0.18844 (" in details
+    assert f"{FROM_HISTORY}: λ = 0.15, 1 exact state (" in details
+
+
+@pytest.mark.parametrize(
+    ("steps", "load_factor"),
+    [((Incremental(), ExactFrom("incremental")), 0.5), ((Loop(),), 0.5)],
+    ids=["load history alone", "loop alone"],
+)
+def test_the_list_decides_what_is_done(monkeypatch, steps, load_factor):
+    """A block of width 1 and height 2 tips at 0.5."""
+    monkeypatch.setattr(method, "STEPS", steps)
+    result = mo.solve(block_on_floor(), incremental=False)
+    assert result.load_factor == pytest.approx(load_factor, rel=1e-4)
+    assert len(result.solution.log) == len(steps)
+
+
+def test_the_steps_are_in_the_order_of_the_guide():
+    kinds = [Incremental, ExactFrom, ExactFrom, FurtherStarts, Loop]
+    assert [type(step) for step in method.STEPS] == kinds

@@ -1,0 +1,229 @@
+"""The incremental analysis: load factors by hand, memory, preload, invariance, loads without limit."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from atlas.random_scenes import random_scene
+from mappings import mapped, mirrored, shuffled, turned
+from scenes import block_on_floor, on_floor, overhanging, small_wall, two_blocks
+from scenes_in_space import corner_wall, pushed_box
+
+import masonry_opt as mo
+from masonry_opt.methods.incremental.analysis import End, IncrementalAnalysis, IncrementalResult
+from masonry_opt.methods.incremental.collapse_state import find_collapse_state
+from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
+from masonry_opt.methods.incremental.equilibrium import Equilibrium, EquilibriumSolver
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import rectangle
+
+
+def analysed(scene: mo.Scene, **settings: float) -> IncrementalResult:
+    return IncrementalAnalysis(assemble(scene).problem, IncrementalSettings(**settings)).run()
+
+
+def two_blocks_by_hand(friction: float) -> float:
+    """Return the load factor at which A slides below B, from springs under every joint end.
+
+    B closes by b0 + b1 x and A by a0 + a1 x. Springs are as stiff as their joints are long: 1 at x = 0, 1,
+    2, 3 below B and 3 at x = 2, 5 below A. Four equations say that forces and moments about x = 0, y = 0.5
+    balance. The shears μ N above A and μ (1 + N) below it add the moment μ / 2, whatever the force N
+    between A and B.
+    """
+    below_b = [(0, np.array([1, 0, 0, 0])), (1, np.array([1, 1, 0, 0]))]
+    between = [(x, np.array([1, x, -1, -x])) for x in (2, 3)]
+    below_a = [(x, 3 * np.array([0, 0, 1, x])) for x in (2, 5)]
+    on_b, on_a = below_b + between, [*below_a, *((x, -force) for x, force in between)]
+    matrix = [
+        sum(force for _, force in on_b),
+        sum(x * force for x, force in on_b),
+        sum(force for _, force in on_a),
+        sum(x * force for x, force in on_a),
+    ]
+    closing = np.linalg.solve(matrix, [1, 1.5, 1, 3.5 + friction / 2])
+    pressed = float(sum(force for _, force in between) @ closing)
+    return friction * (1 + 2 * pressed)
+
+
+def test_two_blocks_by_hand():
+    result = analysed(two_blocks(0.1))
+    assert result.end is End.COLLAPSE
+    assert result.load_factor == pytest.approx(two_blocks_by_hand(0.1), rel=1e-9)
+    assert result.state.exact
+    assert result.carried <= result.load_factor <= result.not_carried
+
+
+@pytest.mark.parametrize(
+    ("friction", "expected"),
+    [(0.6, 0.5), (0.3, 0.3)],
+    ids=["it overturns: width / height", "it slides: friction"],
+)
+def test_a_block_by_hand(friction, expected):
+    assert analysed(block_on_floor(friction=friction)).load_factor == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 30.0, 47.0])
+def test_a_box_that_slides_by_hand(angle):
+    """It slides at λ = μ in every direction: friction in space is a cone."""
+    result = analysed(pushed_box((2.0, 2.0, 1.0), 0.3, angle))
+    assert result.load_factor == pytest.approx(0.3, rel=1e-9)
+    assert result.state.exact
+
+
+def test_a_block_of_limited_strength_by_hand():
+    """The moment λ · 1 reaches n (1 - n / (f_c L)) / 2 = 0.375. Chords miss at most 0.65 % of it."""
+    problem = assemble(block_on_floor()).problem
+    law = replace(problem.law, crushing=np.array([0]), crushing_force=np.array([4.0]))
+    result = IncrementalAnalysis(replace(problem, law=law)).run()
+    assert 0.375 * (1 - 0.0065) <= result.load_factor <= 0.375
+
+
+def test_a_tie_that_yields_by_hand():
+    """A wide block slides at λ = μ + T, with the strength T of a level rod through its centroid."""
+    tie = mo.Tie(between=("A", "ground"), at=((0.5, 0.5), (-4, 0.5)), strength=0.4)
+    block = mo.Block(name="A", vertices=rectangle(0, 4, 0, 1), weight=1, live=(1, 0))
+    result = analysed(on_floor(block, friction=0.3, ties=[tie]))
+    assert result.load_factor == pytest.approx(0.7, rel=1e-9)
+
+
+def test_preload_of_a_symmetric_beam():
+    """A beam on three equal piers: each end of each joint bears a sixth. Statics leave this open."""
+    piers = [mo.Block(name=f"pier {x}", vertices=rectangle(x, x + 1, 0, 1), fixed=True) for x in (0, 2, 4)]
+    beam = mo.Block(name="beam", vertices=rectangle(0, 5, 1, 2), weight=1, live=(1, 0))
+    problem = assemble(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[beam, *piers])).problem
+    preload = IncrementalAnalysis(problem).preload
+    np.testing.assert_allclose(preload.response.forces[:2], 1 / 6, rtol=1e-9)
+
+
+def test_forces_under_the_dead_load_depend_on_what_the_contacts_remember():
+    """A block that was pushed and let go keeps a shear: its floor remembers the slip of one edge."""
+    problem = assemble(two_blocks(0.1)).problem
+    solver = EquilibriumSolver(problem)
+    rest = solver.equilibrate(solver.at_rest(), problem.dead)
+    pushed = solver.equilibrate(rest.state, problem.dead + 0.18 * problem.live)
+    back = solver.equilibrate(pushed.state, problem.dead)
+    assert isinstance(back, Equilibrium)
+    assert pushed.response.sliding.any()
+    assert not back.response.sliding.any()
+    assert np.abs(back.response.forces - rest.response.forces).max() > 1e-2
+    again = solver.equilibrate(back.state, problem.dead + 0.18 * problem.live)
+    np.testing.assert_allclose(again.response.forces, pushed.response.forces, atol=1e-6)
+
+
+def test_forces_that_are_known_from_rest_are_the_preload():
+    problem = assemble(two_blocks(0.1)).problem
+    analysis = IncrementalAnalysis(problem)
+    settled = analysis.solver.law.of_problem(analysis.preload.response.forces)
+    again = IncrementalAnalysis(replace(problem, settled=settled)).run()
+    assert again.load_factor == pytest.approx(two_blocks_by_hand(0.1), rel=1e-9)
+
+
+def test_a_block_without_support_does_not_carry_its_weight():
+    result = analysed(overhanging())
+    assert result.end is End.UNSTABLE
+    assert result.load_factor is None
+
+
+def test_a_load_within_the_cone_of_friction_has_no_limit():
+    """The resultant leans by 0.2 / 1 at most, within friction, and stays on the floor for every λ."""
+    result = analysed(block_on_floor(width=2.0, height=1.0, live=(0.2, -1.0)))
+    assert result.end is End.UNBOUNDED
+    assert result.load_factor is None
+    assert len(result.history.steps) <= 3
+
+
+def test_a_wedged_scene_has_no_limit():
+    """Stones that jam: from some load on the response is linear for ever, as another program finds."""
+    result = analysed(random_scene("arch", 1_400_012))
+    assert result.end is End.UNBOUNDED
+
+
+SCENES = {
+    "arch": lambda: random_scene("arch", 1_400_003),
+    "wall": lambda: random_scene("wall", 1_400_003),
+    "cohesion": lambda: small_wall(cohesion=0.05),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+@pytest.mark.parametrize(
+    ("change", "factor"),
+    [
+        (lambda scene: mapped(scene, turned(1.1), turned(1.1)), 1.0),
+        (lambda scene: mapped(scene, mirrored, mirrored), 1.0),
+        (shuffled, 1.0),
+        (lambda scene: mapped(scene, lambda v: (20 * v[0], 20 * v[1]), length=20.0), 1.0),
+        (lambda scene: mapped(scene, dead=50.0, live=25.0), 2.0),
+    ],
+    ids=["turned", "mirrored", "renumbered", "larger", "heavier"],
+)
+def test_the_load_factor_depends_on_no_axes_units_or_numbers(scene, change, factor):
+    before, after = analysed(scene()), analysed(change(scene()))
+    assert after.end is before.end is End.COLLAPSE
+    assert after.load_factor == pytest.approx(factor * before.load_factor, rel=1e-7)
+
+
+def test_history_of_two_blocks():
+    """Between load steps the scene softens, and A begins to slide below B and on the floor."""
+    history = analysed(two_blocks(0.1)).history
+    assert history.load_factors[0] == history.displacements[0] == 0
+    assert (np.diff(history.load_factors) > 0).all()
+    softness = np.diff(history.displacements) / np.diff(history.load_factors)
+    assert len(softness) > 1
+    assert (np.diff(softness) > 0).all()
+    assert history.jumps == 0
+    begins = [(after.sliding & ~before.sliding).sum() for before, after in pairwise(history.steps)]
+    assert sum(begins) == 1
+
+
+def test_states_between_load_steps_are_interpolated():
+    problem = assemble(two_blocks(0.1)).problem
+    history = IncrementalAnalysis(problem).run().history
+    low, high = history.steps[-2:]
+    d, forces = history.state_at((low.load_factor + high.load_factor) / 2)
+    np.testing.assert_allclose(d, (low.d + high.d) / 2)
+    np.testing.assert_allclose(forces, (low.forces + high.forces) / 2)
+    load_factor = (low.load_factor + high.load_factor) / 2
+    assert np.abs(problem.unbalanced(load_factor, forces)).max() < 1e-6
+    with pytest.raises(ValueError, match="is not in"):
+        history.state_at(history.load_factors[-1] + 0.1)
+
+
+def test_progress_is_called_with_each_load_step():
+    steps = []
+    result = IncrementalAnalysis(assemble(two_blocks(0.1)).problem).run(steps.append)
+    assert tuple(steps) == result.history.steps
+
+
+def test_two_programs_find_the_exact_state_from_the_collapse():
+    """The state of displacement control and that of the programs are one where the mechanism is unique."""
+    analysis = IncrementalAnalysis(assemble(block_on_floor(friction=0.3)).problem)
+    result = analysis.run()
+    state = find_collapse_state(analysis.solver, result.collapse)
+    assert state.load_factor == pytest.approx(0.3, rel=1e-9)
+    without = replace(result, state=None)
+    assert without.with_state(state).load_factor == pytest.approx(0.3, rel=1e-9)
+    lower = replace(state, load_factor=0.2)
+    assert without.with_state(lower).state is None
+    assert without.with_state(lower).state_in_motion is lower
+    assert without.with_state(replace(state, load_factor=0.4)) is without
+
+
+def test_softer_contacts_change_displacements_alone():
+    """All stiffnesses a tenth: the same load factor, ten times the displacement."""
+    problem = assemble(two_blocks(0.1)).problem
+    _, compliance = mean_force_and_compliance(problem)
+    usual, soft = (IncrementalAnalysis(problem, compliance=c * compliance).run() for c in (1.0, 10.0))
+    assert soft.load_factor == pytest.approx(usual.load_factor, rel=1e-9)
+    assert soft.history.state_at(0.1)[0] == pytest.approx(10 * usual.history.state_at(0.1)[0], rel=1e-6)
+
+
+def test_walls_in_space_end_in_an_exact_state():
+    result = analysed(corner_wall(2, 2, 3))
+    assert result.end is End.COLLAPSE
+    assert result.state is not None
+    assert result.state.exact
+    assert math.isfinite(result.not_carried)
