@@ -87,6 +87,10 @@ class Theory(ABC):
         self._session.accept_rays_up_to(_RAY_RESIDUAL)
         self._restricted = np.zeros(scaled.problem.faces, dtype=bool)
 
+    def _solve(self) -> Verdict:
+        """Solve the program with its present bounds and costs, within the time limit of a program."""
+        return self._session.solve(self._settings.longest_program)
+
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
         """Hold these conditions (faces,) at yield, or at rest, and release all others."""
@@ -123,7 +127,7 @@ class Theory(ABC):
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
             self._restricted = conditions.copy()
-        verdict = self._session.solve()
+        verdict = self._solve()
         if verdict is Verdict.OPTIMAL:
             return None
         ray = self._session.dual_ray() if verdict is Verdict.INFEASIBLE else None
@@ -162,7 +166,7 @@ class Statics(Theory):
         self._restrict(moving)
         self._restricted = moving.copy()
         self._session.set_costs("load_factor", np.ones(1))
-        verdict = self._session.solve()
+        verdict = self._solve()
         found = self.point() if verdict is Verdict.OPTIMAL else None
         self._session.set_costs("load_factor", np.zeros(1))
         return found
@@ -195,7 +199,7 @@ class Statics(Theory):
         self._session.set_costs("q", cost)
         self._restrict(alone)
         self._restricted = alone
-        verdict = self._session.solve()
+        verdict = self._solve()
         self._session.set_costs("q", np.zeros_like(cost))
         if verdict is Verdict.INFEASIBLE:
             ray = self._session.dual_ray()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.proof import Proof
-from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, OutOfTime
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
@@ -35,6 +35,92 @@ def refusal(problem: Problem) -> str:
     return ""
 
 
+class LeastProof:
+    """Search for the least load factor that can be interrupted and continued.
+
+    Attributes
+    ----------
+    best: lowest exact state: the known one, or a lower one that the search found.
+    proof: the proof that no state is lower; None if there is none so far.
+    why: why there is no proof; empty with a proof.
+    """
+
+    def __init__(
+        self, task: Task, known: Answer | None, upper: float | None, settings: ProofSettings = SETTINGS
+    ) -> None:
+        """Prepare the search; see :func:`prove_least` for the arguments."""
+        self.best: Answer | None = known
+        self.proof: Proof | None = None
+        self._task, self._settings = task, settings
+        self._start = _start(known, upper, settings)
+        self.why = refusal(task.problem) or _without_range(self._start)
+        self._search: ConflictSearch | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """True if the search may still end with a proof."""
+        return self.proof is None and not self.why
+
+    @property
+    def programs(self) -> int:
+        """Number of linear programs that the search has solved."""
+        return 0 if self._search is None else self._search.programs
+
+    def lower_to(self, state: Answer) -> None:
+        """Take a lower exact state, which another search has found, as the best one."""
+        if self.best is None or is_lower(state.load_factor, self.best.load_factor):
+            self.best = state
+
+    def run(self, seconds: float, programs: int) -> bool:
+        """Search within limits of time and of linear programs, and return True if the search has ended.
+
+        The end is a proof, or a reason for which there is none. A search without an end goes on with all its
+        clauses when it is run again.
+        """
+        if not self.is_open:
+            return True
+        try:
+            self._continue(time.perf_counter() + seconds, programs)
+        except OutOfTime:
+            return False
+        except Undecided as error:
+            self.why = str(error)
+        return True
+
+    def _continue(self, ends: float, programs: int) -> None:
+        if self._search is None:
+            assert self._start is not None
+            self._search = ConflictSearch(self._task, self._start, self._settings)
+        search = self._search
+        if self.best is not None:
+            search.lower_to(self.best.load_factor)
+        try:
+            search.run(ends, programs)
+        finally:
+            if search.best is not None:
+                self.lower_to(search.best)
+        self.proof = search.proof()
+
+
+def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
+    """Return the load factor below which the search begins; None if neither a state nor a bound is known."""
+    if known is not None:
+        return known.load_factor
+    if upper is None:
+        return None
+    # The interval that the search examines includes a state at the upper bound itself.
+    return upper + 2 * settings.gap * max(upper, SMALLEST)
+
+
+def _without_range(start: float | None) -> str:
+    """Return why no load factors below a start are to be examined; an empty string if there are any."""
+    if start is None:
+        return "neither an exact state nor an upper bound is known"
+    if start <= ZERO:
+        return "the lowest state known has a load factor of zero or less"
+    return ""
+
+
 def prove_least(
     task: Task,
     known: Answer | None,
@@ -52,25 +138,11 @@ def prove_least(
     upper: load factor that no state exceeds, such as the associative one; needed without a known state.
     settings: settings of the search.
     """
-    refused = refusal(task.problem)
-    if refused:
-        return LeastSearch(known, None, refused)
-    if known is not None:
-        start = known.load_factor
-    elif upper is not None:
-        # The interval that the search examines includes a state at the upper bound itself.
-        start = upper + 2 * settings.gap * max(upper, SMALLEST)
-    else:
-        return LeastSearch(None, None, "neither an exact state nor an upper bound is known")
-    if start <= ZERO:
-        return LeastSearch(known, None, "the lowest state known has a load factor of zero or less")
-    search = ConflictSearch(task, start, time.perf_counter() + seconds, settings)
-    proof, why = None, ""
-    try:
-        search.run()
-        proof = search.proof()
-    except OutOfTime:
-        why = f"the search did not end within {seconds:g} s or {settings.most_programs} linear programs"
-    except Undecided as error:
-        why = str(error)
-    return LeastSearch(search.best or known, proof, why, search.programs)
+    attempt = LeastProof(task, known, upper, settings)
+    has_ended = attempt.run(seconds, settings.most_programs)
+    why = "" if has_ended else _out_of_time(seconds, settings)
+    return LeastSearch(attempt.best, attempt.proof, attempt.why or why, attempt.programs)
+
+
+def _out_of_time(seconds: float, settings: ProofSettings) -> str:
+    return f"the search did not end within {seconds:g} s or {settings.most_programs} linear programs"

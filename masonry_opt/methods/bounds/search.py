@@ -9,6 +9,7 @@ learned.
 import time
 from collections.abc import Callable
 from functools import cached_property
+from math import inf
 
 import numpy as np
 from pysat.engines import Propagator
@@ -29,12 +30,13 @@ from masonry_opt.methods.bounds.conflicts import (
 )
 from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import Refiner, refiner_of
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import in_units_of_load
 
 
 class OutOfTime(Exception):
-    """The time of the search is over."""
+    """The time or the number of linear programs of the search is over."""
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
@@ -43,9 +45,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     Methods without an underscore, but for ``run``, are the interface that CaDiCaL calls (IPASIR-UP).
     """
 
-    def __init__(self, task: Task, known: float, ends: float, settings: ProofSettings) -> None:
+    def __init__(self, task: Task, known: float, settings: ProofSettings) -> None:
         super().__init__()
-        self._task, self._problem, self._settings, self._ends = task, task.problem, settings, ends
+        self._task, self._problem, self._settings = task, task.problem, settings
+        #: Time and number of programs at which the search ends, or stops for a while.
+        self._ends, self._most_programs = inf, settings.most_programs
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
         self._statics = Statics(self._scaled, self._effort, settings)
@@ -68,11 +72,18 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._decisions, self._examined = 0, False
         self._stopped: BaseException | None = None
 
-    def run(self) -> None:
+    def run(self, ends: float, more: int) -> None:
         """Search until the clauses leave no assignment.
 
-        Raise OutOfTime if the time ends before, and Undecided if the programs leave an assignment undecided.
+        The search stops at a time of ``time.perf_counter``, or after a number of ``more`` linear programs. It
+        goes on with its clauses when it is run again. Raise OutOfTime if it stops, and Undecided if the
+        programs leave an assignment undecided.
         """
+        self._ends, self._most_programs = ends, min(self._settings.most_programs, self.programs + more)
+        self._stopped = self._clause = None
+        self._values[:] = 0
+        self._trail.clear()
+        self._levels.clear()
         with Cadical195() as solver:
             solver.connect_propagator(self)
             for variable in range(1, self._problem.faces + 1):
@@ -91,6 +102,21 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     @cached_property
     def _refiner(self) -> Refiner:
         return refiner_of(self._task)
+
+    def lower_to(self, load_factor: float) -> None:
+        """Exclude states below a load factor alone, which another search has found, if it is lower.
+
+        Raise Undecided if nothing is left to exclude. Conflicts stay valid for every lower load factor.
+        """
+        if load_factor >= self.known:
+            return
+        self.known = load_factor
+        self.highest = bound_below(load_factor, self._settings)
+        if self.highest <= 0:
+            raise Undecided("a state at zero load factor exists, so that there is nothing left to exclude")
+        for theory in (self._statics, self._kinematics):
+            theory.set_highest(self.highest / self._scaled.load_factor)
+        self._slacks = self._motion = None
 
     @property
     def programs(self) -> int:
@@ -179,7 +205,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Refute the assignment, or lower the best state, or leave the assignment as it is."""
         self._examined = True
         while True:
-            if time.perf_counter() >= self._ends or self.programs >= self._settings.most_programs:
+            if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
                 raise OutOfTime
             moving, at_rest = self._values > 0, self._values < 0
             if self._motion is None or self._motion[0][at_rest].max(initial=0.0) > self._settings.zero:
@@ -231,18 +257,19 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Lower the best state from the last mechanism, and return True if an exact state below it exists."""
+        """Lower the best state from the last mechanism, and return True if an exact state below it exists.
+
+        Raise Undecided if only blocks without load move in the state: it is no answer, and no proof excludes
+        it.
+        """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
         if lowest is None:
             return False
-        self.best, self.known = lowest, lowest.load_factor
-        self.highest = bound_below(self.known, self._settings)
-        if self.highest <= 0:
-            raise Undecided("a state at zero load factor exists, so that there is nothing left to exclude")
-        for theory in (self._statics, self._kinematics):
-            theory.set_highest(self.highest / self._scaled.load_factor)
-        self._slacks = self._motion = None
+        if not is_meaningful(analysis_of(self._task), lowest.load_factor, lowest.d):
+            raise Undecided("a lower state exists in which only blocks without load move")
+        self.best = lowest
+        self.lower_to(lowest.load_factor)
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
