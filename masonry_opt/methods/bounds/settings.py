@@ -59,7 +59,7 @@ class ProofBudget:
 
     #: Largest number of joints of a scene with the full budget. Of random scenes of up to this size, 95 % are
     #: proven with it. On larger scenes most searches would end without a proof.
-    few_joints: int = 16
+    few_joints: int = 15
 
     #: The full budget, some 1 s. A larger budget proves more scenes, and takes longer on all others.
     programs: int = 4500
