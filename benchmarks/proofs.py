@@ -41,10 +41,13 @@ LONG = 1e5
 WITHIN = (0.2, 1, 5, 20, 60, 300)
 #: Relative difference of load factors above which the default's is counted as above the least one.
 HIGHER = 1e-3
+#: Name of the step of the default that tries a proof.
+PROOF_STEP = "proof of the least"
 #: Load factors at or below this value belong to scenes that are about to collapse under their own weight.
 NO_LOAD = 1e-6
 COLUMNS = (
-    *("name", "joints", "associative", "default", "least", "proven", "why", "seconds", "programs"),
+    *("name", "joints", "associative", "before", "default", "default_proven", "default_seconds"),
+    *("proof_seconds", "least", "proven", "why", "seconds", "programs"),
     *("conflicts", "checked", "check_seconds"),
 )
 
@@ -88,14 +91,17 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     """Return the row of a scene. The search ends after that many linear programs, on every machine alike."""
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
+    began = time.process_time()
     try:
-        result = mo.solve(scene, incremental=False)
+        result = mo.solve(scene)
     except mo.MasonryError as error:
         return row | {"why": type(error).__name__}
     answer = result.solution.answer
     if answer is None or not answer.exact or answer.load_factor <= NO_LOAD:
         return row | {"why": str(result.status)}
-    row |= {"associative": mo.solve(scene, "static").load_factor, "default": answer.load_factor}
+    row |= {"default_seconds": round(time.process_time() - began, 3)}
+    row |= {"associative": result.associative, "default": answer.load_factor}
+    row |= _proof_by_default(result)
     began = time.process_time()
     settings = replace(SETTINGS, most_programs=programs)
     found = prove_least(Task(problem), answer, LONG, settings=settings)
@@ -111,10 +117,21 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     return row
 
 
+def _proof_by_default(result: mo.Result) -> dict[str, Any]:
+    """Return the columns on the proof that is one of the default's steps."""
+    log = {entry.step: (number, entry) for number, entry in enumerate(result.solution.log)}
+    row: dict[str, Any] = {"default_proven": result.solution.proof is not None, "proof_seconds": 0.0}
+    if PROOF_STEP in log:
+        number, entry = log[PROOF_STEP]
+        row |= {"proof_seconds": round(entry.seconds, 3)}
+        row |= {"before": result.solution.log[number - 1].load_factor}
+    return row
+
+
 def summed_up(rows: list[dict[str, str]]) -> None:
     """Print the share of scenes that are proven within some seconds, for each range of joints."""
     solved = [row for row in rows if row["default"]]
-    print("joints     scenes  " + "".join(f"≤ {seconds:<6g}" for seconds in WITHIN) + " median s   wrong")
+    print("joints     scenes  " + "".join(f"≤ {seconds:<6g}" for seconds in WITHIN) + " median s   wrong   by default")
     for low, high in (*RANGES, (31, 99)):
         own = [row for row in solved if low <= int(row["joints"]) <= high]
         if not own:
@@ -123,13 +140,22 @@ def summed_up(rows: list[dict[str, str]]) -> None:
         shares = "".join(f"{(proven <= seconds).sum() / len(own):<8.0%}" for seconds in WITHIN)
         wrong = sum(row["checked"] == "False" for row in own)
         median = f"{np.median(proven):.2f}" if len(proven) else "-"
-        print(f"{low}–{high:<8} {len(own):<7} {shares} {median:<10} {wrong}")
+        print(f"{low}–{high:<8} {len(own):<7} {shares} {median:<10} {wrong:<7} {_slower(own)}")
     for row in solved:
-        if float(row["default"]) > float(row["least"]) * (1 + HIGHER):
-            print(f"  {row['name']}: default {row['default']}, least {row['least']} ({row['joints']} joints)")
+        for name in ("before", "default"):
+            if row[name] and float(row[name]) > float(row["least"]) * (1 + HIGHER):
+                print(f"  {row['name']}: {name} {row[name]}, least {row['least']} ({row['joints']} joints)")
     for row in solved:
         if row["proven"] != "True":
             print(f"  {row['name']}: {row['joints']} joints, not proven: {row['why']}")
+
+
+def _slower(rows: list[dict[str, str]]) -> str:
+    """Return the share that the default proves, and by how much its proof makes it slower in the median."""
+    proven = np.mean([row["default_proven"] == "True" for row in rows])
+    own = np.array([[float(row["proof_seconds"]), float(row["default_seconds"])] for row in rows])
+    slower = np.median(own[:, 0] / np.maximum(own[:, 1] - own[:, 0], 1e-3))
+    return f"{proven:.0%} proven, {slower:+.0%} time"
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:

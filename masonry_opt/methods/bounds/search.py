@@ -52,6 +52,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._ends, self._most_programs = inf, settings.most_programs
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
+        self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: least load factor of the exact states that are known
         self.best: Answer | None = None  #: lowest state that the search itself has found
