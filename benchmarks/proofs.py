@@ -131,7 +131,8 @@ def _proof_by_default(result: mo.Result) -> dict[str, Any]:
 def summed_up(rows: list[dict[str, str]]) -> None:
     """Print the share of scenes that are proven within some seconds, for each range of joints."""
     solved = [row for row in rows if row["default"]]
-    print("joints     scenes  " + "".join(f"≤ {seconds:<6g}" for seconds in WITHIN) + " median s   wrong   by default")
+    shares = "".join(f"≤ {seconds:<6g}" for seconds in WITHIN)
+    print(f"joints     scenes  {shares} median s   wrong   by default")
     for low, high in (*RANGES, (31, 99)):
         own = [row for row in solved if low <= int(row["joints"]) <= high]
         if not own:

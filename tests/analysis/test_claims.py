@@ -1,4 +1,4 @@
-"""Claims about the least load factor, on a scene with a state at half the load of the state of most starts."""
+"""Claims about the least load factor, on a scene whose least one is half of the one usually found."""
 
 from pathlib import Path
 
