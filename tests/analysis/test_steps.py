@@ -27,8 +27,10 @@ def steps_of(result: mo.Result) -> list[str]:
         (two_blocks(), {"descent": False}, [LOAD_HISTORY, FROM_HISTORY]),
         (small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0)), {}, [LOOP]),
         (pressed_down(), {}, [LOAD_HISTORY, FROM_ASSOCIATIVE]),
+        (block_on_floor(), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
+        (two_blocks().replace(joints={"dilatancy": 0.1}), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
     ],
-    ids=["small", "without descent", "dilatancy falls", "no mechanism"],
+    ids=["small", "without descent", "dilatancy falls", "no mechanism", "fixed forces", "associative"],
 )
 def test_steps_that_apply(scene, options, steps):
     assert steps_of(mo.solve(scene, **options)) == steps
