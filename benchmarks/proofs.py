@@ -120,7 +120,7 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
 def _proof_by_default(result: mo.Result) -> dict[str, Any]:
     """Return the columns on the proof that is one of the default's steps."""
     log = {entry.step: (number, entry) for number, entry in enumerate(result.solution.log)}
-    row: dict[str, Any] = {"default_proven": result.solution.proof is not None, "proof_seconds": 0.0}
+    row: dict[str, Any] = {"default_proven": result.proof is not None, "proof_seconds": 0.0}
     if PROOF_STEP in log:
         number, entry = log[PROOF_STEP]
         row |= {"proof_seconds": round(entry.seconds, 3)}

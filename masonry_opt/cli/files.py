@@ -63,7 +63,9 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     mo.export,
     leave="moved",
     method=typer.Option(help=_METHOD),
-    file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
+    file=typer.Argument(
+        help="File to write (.lp, .mps, .nl; of a proof .cnf; of solids .obj, .glb, .gltf, .json)."
+    ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
     """Print the files written. The names of the rows and columns of a .nl file are in .row and .col files."""

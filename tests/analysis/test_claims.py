@@ -16,7 +16,7 @@ def test_the_least_is_claimed_with_a_proof():
     result = mo.solve(TWO_STATES)
     assert result.load_factor == pytest.approx(LOWER, rel=1e-5)
     assert "least, proven" in result.summary
-    assert mo.check_proof(TWO_STATES, result.solution.proof).holds
+    assert mo.check_proof(TWO_STATES, result.proof).holds
 
 
 def test_the_lowest_found_is_not_claimed_to_be_the_least(no_proof):

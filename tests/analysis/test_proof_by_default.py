@@ -56,7 +56,7 @@ def test_a_mirror_image_ends_at_the_least(path):
     image = mapped(mo.load(path), mirrored, mirrored)
     result = mo.solve(image, incremental=False)
     assert_proven(result, LEAST[path])
-    assert mo.check_proof(image, result.solution.proof).holds
+    assert mo.check_proof(image, result.proof).holds
 
 
 def test_blocks_with_other_names_end_at_the_least(tmp_path):
