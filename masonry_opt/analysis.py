@@ -404,7 +404,7 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     return solution.telling(reason(Code.FEW_STARTS, candidates=starts))
 
 
-def solve(
+def solve(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,

@@ -153,7 +153,7 @@ def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarra
 
 
 @numba.njit(cache=True)
-def _raise_load(
+def _raise_load(  # noqa: C901, PLR0912, PLR0913, PLR0915 - one compiled loop over time steps
     pointers, rows, values, stiffness, friction, cohesion, limits, points, mass, state, loads, rules, patience
 ):
     """Return the share of the second load that is carried beside the first, by explicit time steps.

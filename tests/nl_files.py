@@ -24,7 +24,7 @@ class NlFile:
     counts: list[list[int]]  # of each line of the header
 
 
-def read_nl(path: Path) -> NlFile:
+def read_nl(path: Path) -> NlFile:  # noqa: C901, PLR0912 - the parts of the file in their order
     """Read a ``.nl`` and the names beside it."""
     lines = [line.split("#")[0].split() for line in path.read_text().splitlines()]
     assert lines[0][0] == "g3"  # a text file

@@ -30,7 +30,7 @@ _WHOSE = (
     quiet=typer.Option("--quiet", "-q", help="Print the load factor alone, warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
-def solve(
+def solve(  # noqa: PLR0913 - each parameter is an option of the command
     given: Given,
     case: Path,
     load_case: str | None = None,

@@ -202,22 +202,29 @@ def test_without_webgl_a_picture_stands_in(browser, wall):
         page.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
 
 
-def test_500_blocks_are_light_and_move_ten_times_a_second(browser, tmp_path_factory):
-    """Drawn by software, where there is no graphics card."""
+#: The shortest time in milliseconds in which the page shows the blocks at another place of the slider. Other
+#: work on the machine lengthens the mean of these times, not the shortest.
+SHORTEST_FRAME = """
+    const slider = document.getElementById('moved'), pixel = new Uint8Array(4), took = [];
+    const drawn = document.querySelector('.solids canvas').getContext('webgl2');
+    for (let step = 0; step < 30; step++) {
+      const before = performance.now();
+      slider.value = (step % 20) / 20; slider.dispatchEvent(new Event('input'));
+      drawn.readPixels(0, 0, 1, 1, drawn.RGBA, drawn.UNSIGNED_BYTE, pixel);  // waits until all is drawn
+      took.push(performance.now() - before);
+    }
+    return Math.min(...took)
+"""
+
+
+def test_500_blocks_are_light_and_move_a_tenth_as_quickly_as_12(browser, tmp_path_factory):
+    """Times are compared in one run, drawn by software where there is no graphics card."""
+    few, small = written(mo.solve(corner_wall(3, 3, 2), "static"), tmp_path_factory)
+    quick = show(browser, small, 1280).execute_script(SHORTEST_FRAME)
     result, path = written(mo.solve(corner_wall(26, 23, 10), "static"), tmp_path_factory)
-    assert result.size.blocks == 490
+    assert (few.size.blocks, result.size.blocks) == (12, 490)
     assert path.stat().st_size < 6e6
     page = show(browser, path, 1280)
-    took = page.execute_script(
-        "const slider = document.getElementById('moved'), one = new Uint8Array(4), took = [];"
-        "const drawn = document.querySelector('.solids canvas').getContext('webgl2');"
-        "for (let step = 0; step < 30; step++) {"
-        "  const before = performance.now();"
-        "  slider.value = (step % 20) / 20; slider.dispatchEvent(new Event('input'));"
-        "  drawn.readPixels(0, 0, 1, 1, drawn.RGBA, drawn.UNSIGNED_BYTE, one);"  # waits until it is drawn
-        "  took.push(performance.now() - before);"
-        "}"
-        "return took.sort((one, other) => one - other)"
-    )
-    assert took[len(took) // 2] < 100
+    took = page.execute_script(SHORTEST_FRAME)
+    assert took < 10 * quick
     assert len(colours(page)) > 10

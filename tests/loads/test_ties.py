@@ -164,7 +164,7 @@ def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
     [
         ({"between": ("A", "B")}, "B"),
         ({"between": ("floor", "ground")}, "floor"),
-        ({"at": ((3, 3), (-4, 3))}, "tie no. 1 .* 'A' but in none"),
+        ({"at": ((3, 3), (-4, 3))}, "tie no. 1 .* 'A' but in no block"),
         ({"at": ((0.5, -0.5), (-4, 3))}, "'A' but in 'floor'"),
         ({"at": ((0.5, 1, 0), (-4, 1, 0))}, "x, y"),
         ({"at": ((0.5, 1), (0.5, 1))}, "at"),

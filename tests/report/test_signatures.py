@@ -12,7 +12,7 @@ from masonry_opt.cli.command import Given, command, reader
 from masonry_opt.errors import OptionError
 
 
-def study(
+def study(  # noqa: PLR0913 - options of every kind
     scene: str,
     ratio: float = 1.5,
     *,

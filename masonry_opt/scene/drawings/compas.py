@@ -46,7 +46,7 @@ class CompasDrawing(stones.FlatDrawing):
     along: tuple[Number, Number, Number] | None = None
 
 
-def read_compas(
+def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     path: str | Path,
     *,
     friction: float,

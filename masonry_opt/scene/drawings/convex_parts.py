@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
 from masonry_opt.scene.outlines import convex_pieces
@@ -164,6 +163,9 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
     """Return a cell as a polyhedron, or None if it is thinner than the tolerance."""
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import ConvexHull, QhullError
+
     points = np.concatenate(cell) if cell else np.zeros((0, 3))
     corners = points[np.unique(first_near(points, tolerance / 4))]
     try:

@@ -40,7 +40,7 @@ class DxfDrawing(stones.FlatDrawing):
     sagitta: Positive | None = None
 
 
-def read_dxf(
+def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     path: str | Path,
     *,
     friction: float,

@@ -36,7 +36,7 @@ class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
     model_config = ConfigDict(title="a mesh")
 
 
-def read_mesh(
+def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     path: str | Path,
     *,
     friction: float,

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
@@ -249,6 +248,9 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
     A cluster is a set of points that are connected by distances within the tolerance.
     """
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import cKDTree
+
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     group = linked(len(points), *near.T)
     return np.unique(group, return_index=True)[1][group]

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
@@ -348,6 +347,9 @@ def net_cells(
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT_STEPS * grid)
     # Corners that the grid has moved are set back to their given coordinates.
     corners = shapely.get_coordinates(found)
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import cKDTree
+
     distance, number = cKDTree(given).query(corners)
     shapely.set_coordinates(found, np.where((distance <= grid)[:, None], given[number], corners))
     window_lines = lines[len(joints) :]

@@ -36,7 +36,7 @@ _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.
 _FILES = ("results.csv", "summary.csv", _PAGE, *chart_files(_CHARTS))  #: Files that a comparison may write.
 
 
-def compare(
+def compare(  # noqa: PLR0913 - options of the public API are keywords
     scenes: str | Path | Sequence[str | Path] = (),
     *,
     methods: str | Sequence[str] = METHODS,

@@ -206,7 +206,7 @@ _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's 
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs some 30.
 
 
-def least(
+def least(  # noqa: PLR0913 - options of the public API are keywords
     make: Make,
     lower: float,
     upper: float,
@@ -261,7 +261,7 @@ def least(
     return _Search(True, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
 
-def most(
+def most(  # noqa: PLR0913 - options of the public API are keywords
     make: Make,
     lower: float,
     upper: float,

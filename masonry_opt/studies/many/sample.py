@@ -424,7 +424,7 @@ def _refuse_shares(**shares: Sequence[float]) -> None:
             raise OptionError(f"{name} must lie between 0 and 1 (found {wrong[0]})")
 
 
-def sample(
+def sample(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path,
     distributions: Mapping[str, Any],
     *,

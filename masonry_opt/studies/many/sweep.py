@@ -33,7 +33,7 @@ from masonry_opt.words.names import warning_lines
 from masonry_opt.words.sentences import numeral
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path | Callable[..., Scene],
     vary: Mapping[str, Sequence[float]],
     *,
