@@ -41,7 +41,8 @@ class CoulombOptions(Options):
     descent: True to look for lower states, in the plane on scenes of up to 500 joints. On small scenes in the
         plane, and in space, further starts are tried too. If False, the first exact state is the answer.
     search: time, in seconds, for which lower states are looked for after that: from other starts and around
-        the lowest state so far.
+        the lowest state so far. On small scenes in the plane the search takes turns with the search for a
+        proof, and ends if no state is lower.
     until: load factor at or below which the search ends before its time.
     seed: seed of the random numbers of the search. One seed leads to the same states in the same order; the
         time decides how many of them are reached.
