@@ -38,6 +38,7 @@ _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
     ".dxf": rf"\A\s*999\r?\n{MARK}",
+    ".cnf": rf"\Ac {MARK}",
     ".lp": rf"\A\\ {MARK}",
     ".mps": rf"\A\* {MARK}",
     ".nl": rf"\A[^\n]*# problem [\"']?{MARK}",

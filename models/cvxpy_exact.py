@@ -62,6 +62,23 @@ class CvxpyMotion:
         self.program = cp.Problem(cp.Minimize(cost @ mechanism.p), rows)
 
 
+class CvxpyDrivenMotion:
+    """Mechanism that a load factor λ, or a smaller one, can drive.
+
+        Bᵀ d = D(tan ψ) p,    f_L·d = Σ|f_L|,    p ≥ 0,    e·p − f_D·d ≤ λ Σ|f_L|
+
+    The energy e, shape (faces,), is the least that the conditions dissipate per unit rate: c and, of sliding,
+    the least (μ − tan ψ) n of all states. In a collapse state c·p + Σ (μ − tan ψ) n γ − f_D·d = λ f_L·d, with
+    γ the slip of each joint.
+    """
+
+    def __init__(self, problem: Problem, energy: np.ndarray, highest: float) -> None:
+        mechanism = self.mechanism = Mechanism(problem, problem.dilatancy)
+        self.balance = energy @ mechanism.p - problem.dead @ mechanism.d <= highest * problem.live_norm
+        rows = [mechanism.compatibility, mechanism.live_work, self.balance]
+        self.program = cp.Problem(cp.Minimize(0), rows)
+
+
 class CvxpyAtYield:
     """Program for forces at yield where a mechanism moves, with λ nearest to a given value.
 

@@ -10,6 +10,7 @@ import numpy as np
 from masonry_opt.answer import frames
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Certificate, InfeasibilityCertificate
+from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Reason, Status, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
@@ -84,8 +85,11 @@ class Outcome:
     associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
-    bound: lower bound of λ by method "global". The bound is valid below limits of rates and forces, which
-        ``reasons`` state. None for other methods.
+    bound: lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies. It is that of ``proof``, or
+        by method "global"; the latter may be valid only below limits of rates and forces, which ``reasons``
+        state. None without a bound.
+    proof: proof by conflicts that no state is lower, see :func:`~masonry_opt.check_proof`. It needs no limits
+        of rates and forces. None without a proof.
     seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
@@ -116,6 +120,7 @@ class Outcome:
     flow_rule_matters = Of[bool]("solution")
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
+    proof = Of[Proof | None]("solution")
     end = Of[float | None]("solution")
     incremental = Of[float | None]("solution", "incremental_value")
     associative = Of[float | None]("solution", "associative_value")

@@ -9,6 +9,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
 from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
@@ -22,6 +23,7 @@ class LogEntry:
     load_factor: float | None  #: lowest load factor known after the step
     exact_states: int  #: number of different exact states known after the step
     seconds: float  #: duration of the step
+    note: str = ""  #: further result of the step in words
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +46,10 @@ class Solution:
     #: Solution of method "incremental", or the reason for which the method was not run. None if the
     #: incremental load factor is switched off, or if the scene falls under its dead load.
     incremental: "Solution | None" = None
-    bound: float | None = None  #: lower bound of λ, of method "global"; the reasons list its assumptions
+    #: Lower bound of λ, of a proof or of method "global"; the reasons list its assumptions.
+    bound: float | None = None
     bound_derived: bool = False  #: True if the bound assumes nothing
+    proof: Proof | None = None  #: proof by conflicts that no state is lower; None without such a proof
     #: Number of starts of the search for exact states; None for methods without a search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from these starts

@@ -66,7 +66,9 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     mo.export,
     leave="moved",
     method=typer.Option(help=_METHOD),
-    file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
+    file=typer.Argument(
+        help="File to write (.lp, .mps, .nl; of a proof .cnf; of solids .obj, .glb, .gltf, .json)."
+    ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
     """Print the names of the written files.

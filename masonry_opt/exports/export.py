@@ -1,7 +1,7 @@
 """Function ``export``: the optimisation program of a method as a file for other solvers.
 
-The files are written by Pyomo: linear programs as LP or MPS, all programs as AMPL NL. Solids are written by
-:mod:`.solid_files`.
+The files are written by Pyomo: linear programs as LP or MPS, all programs as AMPL NL. The clauses of a proof
+are written in DIMACS format for SAT solvers. Solids are written by :mod:`.solid_files`.
 """
 
 import io
@@ -32,6 +32,7 @@ from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.proving import prove_least
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -252,6 +253,8 @@ def _comments(mark: str, lines: list[str]) -> str:
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
+CLAUSES_END = ".cnf"  #: Ending of files of clauses.
+
 #: Functions that return the texts of all files of a program, by the ending of the main file.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
@@ -279,8 +282,9 @@ def export(
     scene: A scene, or the path of a case file; for solids also a result, with its motion and forces.
     path: File to write; its ending is the format. Linear programs, also with binaries: ``.lp``, ``.mps`` or
         ``.nl``. Programs with products or complementary pairs: ``.nl``. The names of the rows and columns of
-        a ``.nl`` file are written to ``.row`` and ``.col`` files. Solids: ``.obj``, ``.glb`` or ``.gltf``
-        (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
+        a ``.nl`` file are written to ``.row`` and ``.col`` files. The clauses of a proof that no state is
+        lower, for SAT solvers: ``.cnf``; :func:`~masonry_opt.prove_least` makes the proof. Solids: ``.obj``,
+        ``.glb`` or ``.gltf`` (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
     method: Method whose program is written: "static", eq. (9), the default; "kinematic", eq. (10); "global"
         (complementarity with a binary for each face; its bounds are computed first, by linear programs);
         "mpec" (with products z p ≤ 10⁻⁶); or "mcp" (with complementary pairs).
@@ -299,7 +303,8 @@ def export(
         If the case file or the scene is wrong, or no block that can move has a live load.
     OptionError
         If the method has no single program or does not support the joints of the scene; if the format cannot
-        contain the program; if a file cannot be replaced; if solids of a plane scene are asked for.
+        contain the program; if a file cannot be replaced; if solids of a plane scene are asked for; if
+        clauses are asked for and there is no proof.
     OutputError
         If a file cannot be written.
     NoLoadFactorError
@@ -320,6 +325,12 @@ def export(
         return (path,)
     if moved is not None:
         raise OptionError(f"{path}: 'moved' applies to meshes only: {', '.join(SOLID_ENDS[1:])}")
+    if ending == CLAUSES_END:
+        if method is not None:
+            raise OptionError(f"{path}: 'method' goes with programs: clauses are those of a proof")
+        refuse_unwritable(path, force)
+        write_file(path, _clauses(path, scene).encode("ascii"), OutputError)
+        return (path,)
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
@@ -331,10 +342,33 @@ def export(
     program, comments = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly, legal=ending != ".nl")
-    texts = _WRITERS[ending](program, names, [*_header(method, assembly), *comments])
+    texts = _WRITERS[ending](program, names, [*_header(f"program of method {method}", assembly), *comments])
     paths = {end: path.with_suffix(path.suffix if end == ending else end) for end in texts}
     write_together({paths[end]: text for end, text in texts.items()})
     return tuple(reversed(paths.values()))
+
+
+def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
+    """Return the text of a DIMACS file: the clauses of a proof, and a comment for each variable.
+
+    The proof is that of a result, or else made here. Raises OptionError if there is none.
+    """
+    proof, why = None, ""
+    if isinstance(scene, Result):
+        assembly, proof = scene.assembly, scene.proof
+    else:
+        assembly = assemble(as_scene(scene))
+    if proof is None:
+        found = prove_least(assembly.scene)
+        proof, why = found.proof, found.why
+    if proof is None:
+        raise OptionError(f"{path}: clauses are those of a proof, and there is none: {why}")
+    joints, _, limited = _labels(assembly, legal=True)
+    faces = [
+        f"variable {number}: {face}"
+        for number, face in enumerate(_faces(assembly.problem, joints, limited), 1)
+    ]
+    return _comments("c", [*_header("clauses of a proof", assembly), *faces]) + proof.to_dimacs()
 
 
 def _refuse_program(path: Path, method: str, force: bool) -> None:
@@ -356,14 +390,14 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
             refuse_unwritable(path.with_suffix(names), force)
 
 
-def _header(method: str, assembly: Assembly) -> list[str]:
-    """Return the comment lines at the top of a program in ASCII: method, case, sizes and units."""
+def _header(contents: str, assembly: Assembly) -> list[str]:
+    """Return the comment lines at the top of a file in ASCII: contents, case, sizes and units."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     points = f", contact points: {problem.joints}" if problem.layout.round else ""
     friction = by_sides(problem.layout) if len(problem.sliding) else "unlimited"
     lines = [
-        f"{MARK}: program of method {method} for {name}",
+        f"{MARK}: {contents} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
         f"units: force {problem.force_unit!r}, length {problem.length_unit!r} in units of the case; the load "

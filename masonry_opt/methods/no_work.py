@@ -186,7 +186,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     history = tuple(
         replace(step, **of_scene(vars(step), _LOAD_FACTORS_OF_STEPS)) for step in solution.history
     )
-    solution = replace(solution, bound=None, bound_derived=False, history=history)
+    solution = replace(solution, bound=None, bound_derived=False, proof=None, history=history)
     below_zero = inf
     if any(entry.code is Code.BELOW_ZERO for entry in reasons):
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]

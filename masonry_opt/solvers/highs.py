@@ -264,6 +264,27 @@ class HighsSession:
             return 0.0, no_cost
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
+    def dual_ray(self) -> np.ndarray | None:
+        """Return row multipliers that refute the last program, shape (rows,); None if HiGHS has none.
+
+        A positive multiplier belongs to the lower bound of its row, a negative one to the upper bound.
+        """
+        _, exists, ray = self._highs.getDualRay()
+        return np.array(ray) if exists else None
+
+    def accept_rays_up_to(self, residual: float) -> None:
+        """Let HiGHS call a program infeasible although its dual ray leaves residuals up to a value.
+
+        HiGHS takes the value from ``small_matrix_value``, which it reads again when it checks a ray. With the
+        default of 1e-9, which the matrix needs, small programs end as "Unknown" although they are infeasible.
+        """
+        self._highs.setOptionValue("small_matrix_value", residual)
+
+    def set_upper_bound_of_row(self, constraint: Any, bound: float) -> None:
+        """Set the upper bound of the one row of a constraint."""
+        rows = self.rows(constraint)
+        self._highs.changeRowsBounds(1, rows, self.lp.row_lower[rows], np.array([bound]))
+
     def _present_program(self) -> LinearProgram:
         """Return the linear program with the costs and bounds now set in HiGHS."""
         lp = self._highs.getLp()

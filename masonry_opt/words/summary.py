@@ -297,7 +297,8 @@ def log_sentences(result: Outcome) -> Iterator[str]:
         if entry.load_factor is not None:
             known = f"λ = {numeral(entry.load_factor, '.6g')}"
         states = f", {counted(entry.exact_states, 'exact state')}" if entry.exact_states else ""
-        yield f"{entry.step}: {known}{states} ({entry.seconds:.2f} s)"
+        note = f", {entry.note}" if entry.note else ""
+        yield f"{entry.step}: {known}{states}{note} ({entry.seconds:.2f} s)"
 
 
 def _alignment(result: Outcome) -> str:

@@ -17,7 +17,7 @@ from masonry_opt.answer.solution import LogEntry, Solution
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
-from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop, Step
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, LeastProven, Loop, Step
 from masonry_opt.methods.task import Options, Task, of_same_scene
 
 #: Steps of the default method, in order.
@@ -26,6 +26,7 @@ STEPS: tuple[Step, ...] = (
     ExactFrom("incremental"),
     ExactFrom("associative"),
     FurtherStarts(),
+    LeastProven(),
     Loop(),
 )
 
@@ -40,7 +41,8 @@ class CoulombOptions(Options):
     descent: True to look for lower states, in the plane on scenes of up to 500 joints. On small scenes in the
         plane, and in space, further starts are tried too. If False, the first exact state is the answer.
     search: time, in seconds, for which lower states are looked for after that: from other starts and around
-        the lowest state so far.
+        the lowest state so far. On small scenes in the plane the search takes turns with the search for a
+        proof, and ends if no state is lower.
     until: load factor at or below which the search ends before its time.
     seed: seed of the random numbers of the search. One seed leads to the same states in the same order; the
         time decides how many of them are reached.
@@ -100,8 +102,8 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
         began = time.perf_counter()
         step.run(run)
         seconds = time.perf_counter() - began + run.seconds_before
-        run.seconds_before = 0.0
-        log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds))
+        log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds, run.note))
+        run.seconds_before, run.note = 0.0, ""
     return replace(_solution(run), log=tuple(log))
 
 

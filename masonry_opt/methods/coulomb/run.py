@@ -11,7 +11,8 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.load_history import LoadHistory
-from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.proof import Proof
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
@@ -34,6 +35,8 @@ class CoulombRun:
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
     seconds_before: time of a load history that was computed before the run, in seconds.
+    note: further result of the present step in words, for the log.
+    proof: the proof that no state is lower; None without a proof.
     """
 
     def __init__(self, task: Task, seeks_lower: bool) -> None:
@@ -43,6 +46,8 @@ class CoulombRun:
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
         self.ended: Solution | None = None
         self.seconds_before = 0.0
+        self.note = ""
+        self.proof: Proof | None = None
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:
@@ -79,7 +84,15 @@ class CoulombRun:
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
-        return self.states.met.recorded_in(solution)
+        solution = self.states.met.recorded_in(solution)
+        return solution if self.proof is None else with_proof(solution, self.proof)
+
+
+def with_proof(solution: Solution, proof: Proof) -> Solution:
+    """Return a solution with the proof that no state is lower than its answer."""
+    solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
+    values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
+    return solution.telling(reason(Code.PROVEN, **values))
 
 
 class LowestState:
@@ -93,6 +106,7 @@ class LowestState:
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
+        self._by_proof: Answer | None = None
 
     @cached_property
     def _alternation(self) -> "Alternation":
@@ -103,8 +117,23 @@ class LowestState:
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state: by simplex, or of the load history and by cone programs; None without one."""
+        """The lowest state: by simplex, or of the load history and by cone programs; None without one.
+
+        A state of the search for a proof is lower than all states before.
+        """
+        if self._by_proof is not None:
+            return self._by_proof
         return self._lowest.answer if self._lowest else self._by_programs
+
+    def lower_to(self, state: Answer) -> None:
+        """Take a lower exact state, to which the search for a proof has led.
+
+        A state at zero is recorded, but is no answer: the scene would fall by itself.
+        """
+        self.met.lowest = min(self.met.lowest, state.load_factor)
+        if state.load_factor > ZERO:
+            self._by_proof = state
+            self.met.add(state.load_factor)
 
     def near(self, start: Answer) -> None:
         """Look for a state near forces, by simplex, or else by two programs in turn.

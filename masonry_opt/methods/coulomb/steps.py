@@ -4,14 +4,16 @@ Modules that declare programs are imported where they are used: modelling langua
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Existence
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.errors import counted
 from masonry_opt.methods.associative import associative, with_associative
+from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.exact.refiner import SMALL
 from masonry_opt.methods.exact.settings import SearchSettings
@@ -20,6 +22,9 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.registry import find_solver
+
+if TYPE_CHECKING:
+    from masonry_opt.methods.bounds.least import LeastProof
 
 
 class Step(Protocol):
@@ -137,6 +142,44 @@ class FurtherStarts:
             run.states.look_further_in_space(self.settings, run.incremental.load_history)
         else:
             run.states.look_further_in_the_plane()
+
+
+@dataclass(frozen=True)
+class LeastProven:
+    """Prove on small scenes in the plane that no state is lower, or find a lower state.
+
+    The search ends after a number of linear programs: after one that suffices for most scenes of few joints,
+    and on larger scenes after a share of the programs that the method has solved before.
+    """
+
+    budget: ProofBudget = BUDGET
+    name: str = "proof of the least"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if lower states are wanted, and the scene is one for which a proof is tried."""
+        return run.incremental is not None and run.seeks_lower and self.budget.covers(run.problem)
+
+    def run(self, run: CoulombRun) -> None:
+        """Search for lower states until it is proven that none exists, or until the budget is spent."""
+        # The SAT solver takes 30 ms to import.
+        from masonry_opt.methods.bounds.least import LeastProof
+
+        run.effort.begins("proof of the least")
+        known = run.answer if run.answer is not None and run.answer.exact else None
+        search = LeastProof(run.task, known, run.known.associative)
+        search.run(self.budget.seconds, self.budget.programs_for(run.problem, run.effort.lp_solves))
+        if search.best is not None and search.best is not known:
+            run.states.lower_to(search.best)
+        if search.best is not None:
+            run.proof = search.proof
+        run.note = self._note(search)
+
+    @staticmethod
+    def _note(search: "LeastProof") -> str:
+        """Return how the search ended, for the log."""
+        if search.proof is not None:
+            return f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
+        return f"not proven: {search.why}" if search.why else f"not proven by {search.programs} programs"
 
 
 @dataclass(frozen=True)

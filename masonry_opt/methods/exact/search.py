@@ -13,6 +13,7 @@ from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
+from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
 from masonry_opt.methods.exact.self_stress import self_stress
@@ -42,8 +43,13 @@ class Met:
     def count(self, state: ExactState | Answer | None) -> None:
         """Count a start, and record the load factor of its state if there is one."""
         self.candidates += 1
-        if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
-            self.load_factors.append(state.load_factor)
+        if state is not None:
+            self.add(state.load_factor)
+
+    def add(self, load_factor: float) -> None:
+        """Record the load factor of a state, unless an equal one is recorded."""
+        if not any(same(load_factor, known) for known in self.load_factors):
+            self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
@@ -85,6 +91,13 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
+        #: Lowest state that is known from elsewhere; None without one. Later starts begin from it.
+        self.known: ExactState | None = None
+
+    @property
+    def effort(self) -> Effort:
+        """Return the count of programs, times and solvers."""
+        return self._finder.effort
 
     @cached_property
     def _random(self) -> RandomForces:
@@ -150,6 +163,7 @@ class Search:
                 best = lower_of(best, state)
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
+            best = lower_of(best, self.known)
             state = self.start(_STARTS[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state

@@ -235,7 +235,7 @@ def with_load_factor(result, load_factor):
     return replace(result, solution=replace(result.solution, found=found))
 
 
-def test_the_summary_leads_with_three_load_factors():
+def test_the_summary_leads_with_three_load_factors(no_proof):
     """λ = 1.5 μ and 2.5 μ by hand; the incremental one lies between, and none is called the collapse load."""
     result = mo.solve(two_blocks(), "coulomb")
     rows = table(result)
@@ -248,7 +248,17 @@ def test_the_summary_leads_with_three_load_factors():
         assert word not in result.details
 
 
-def test_other_methods_lead_with_their_own_load_factor():
+def test_a_proof_replaces_the_remark_on_starts():
+    """λ = 1.5 μ by hand is the least load factor, whatever forces the state has."""
+    result = mo.solve(two_blocks(), "coulomb")
+    value, remark = table(result)["least, proven"]
+    assert float(value) == pytest.approx(0.15, rel=1e-5)
+    assert remark == "exact collapse state; proven: no state is lower"
+    assert "at the least: " in result.summary
+    assert "not proven" not in result.summary
+
+
+def test_other_methods_lead_with_their_own_load_factor(no_proof):
     assert list(table(mo.solve(two_blocks(), "static"))) == ["associative"]
     assert list(table(mo.solve(two_blocks(), "incremental"))) == ["incremental", "associative"]
     loop = table(mo.solve(two_blocks(), "nonassociative"))
@@ -258,7 +268,7 @@ def test_other_methods_lead_with_their_own_load_factor():
     assert list(table(off)) == ["lowest found", "associative"]
 
 
-def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest():
+def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest(no_proof):
     """Differences by rounding do not count."""
     result = mo.solve(two_blocks(), "coulomb")
     assert next(iter(table(with_load_factor(result, (1 + 1e-8) * result.incremental)))) == "lowest found"
