@@ -205,14 +205,14 @@ class _LoadRaising:
         for _ in range(self.settings.increments):
             if self._is_bracketed() or (self.slow and self.not_carried < inf):
                 return self._result(End.COLLAPSE)
-            if self.carried > self.settings.largest_load * self.unit:
-                break
             if self.not_carried < inf:
                 self._narrow()
                 continue
             increment = self._extend_linearly(self._choose_increment())
             if increment == inf:
                 return self._result(End.UNBOUNDED)
+            if self.carried > self.settings.largest_load * self.unit:
+                break
             self._raise_to(self.carried + increment)
             if self.slow and not self._pass_slow_motion():
                 return self._result(End.SLOW)
@@ -263,8 +263,12 @@ class _LoadRaising:
         self.__dict__.pop("rate", None)
         self.slow = []
         self._record(found)
-        if self.state is not None and not self._is_in_bracket(self.state):
+        if self.state is not None and not self._may_be_limit(self.state):
             self.state = None
+
+    def _may_be_limit(self, state: Answer) -> bool:
+        """Return True if an exact state lies in the bracket, and the load just above it is not carried."""
+        return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
         return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
@@ -303,10 +307,16 @@ class _LoadRaising:
             else:
                 further = self.settings.smallest_increment / 2 * self._size_of(self.state.load_factor)
                 self._raise_to(self.state.load_factor + further)
-        elif self.unreached - self.carried > self.settings.tolerance * self._size_of(self.unreached):
-            self._reach((self.carried + self.unreached) / 2)
-        else:
+            return
+        is_reached = self._is_close(self.carried, self.unreached)
+        if is_reached and not self._is_close(self.carried, self.not_carried):
             self._raise_to(self.unreached)
+        else:
+            self._reach((self.carried + self.unreached) / 2)
+
+    def _is_close(self, load_factor: float, larger: float) -> bool:
+        """Return True if two load factors differ by the tolerance at most."""
+        return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
         """Return load factors just below and above that of an exact state, within the bracket."""
@@ -335,10 +345,11 @@ class _LoadRaising:
         """Return True if the collapse is known well enough."""
         if self.not_carried == inf:
             return False
-        gap, size = self.not_carried - self.carried, self._size_of(self.not_carried)
-        if gap <= self.settings.tolerance * size:
-            return True
-        if self.state is None or gap > self.settings.smallest_increment * size:
+        settings, size = self.settings, self._size_of(self.not_carried)
+        if self._is_close(self.carried, self.not_carried):
+            accuracy = settings.tolerance**2 * size
+            return self.state is not None or self.unreached - self.carried <= accuracy
+        if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False
         below, above = self._beside(self.state)
         return below <= self.carried and self.unreached <= above
