@@ -8,8 +8,7 @@
    the one that is not, loads just below and above are tried next; else the load in the middle.
 4. The search ends when both loads differ by ``smallest_increment`` and an exact state lies between them, or
    by ``tolerance``. The exact state is then solved for once more, from the last equilibrium. The search also
-   ends if the response stays linear while the load grows a thousandfold: the load has no
-   limit.
+   ends if the response stays linear while the load grows ``unbounded`` times: the load has no limit.
 """
 
 from collections.abc import Callable
@@ -23,6 +22,7 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.motion import weightless
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
 from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
@@ -36,14 +36,6 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
-
-#: Distance of the loads that are tried next from that of an exact state, relative to ``tolerance``. With a
-#: third both loads together lie closer than the tolerance.
-NEXT_TO_EXACT = 1 / 3
-
-#: Relative distance from the bracket of an exact state that counts as its limit. Where slip directions turn
-#: towards a mechanism, elastic contacts carry some 1e-6 more than the state that they approach.
-ROUNDING = 1e-5
 
 
 class End(StrEnum):
@@ -92,11 +84,8 @@ class IncrementalResult:
 
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if the load factor of a state lies between two others, up to rounding.
-
-    Rounding is relative to ``size``.
-    """
-    rounding = ROUNDING * size
+    """Return True if the load factor of a state lies between two others, up to ``SAME`` of ``size``."""
+    rounding = SAME * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
 
@@ -211,7 +200,7 @@ class _LoadRaising:
             increment = self._extend_linearly(self._choose_increment())
             if increment == inf:
                 return self._result(End.UNBOUNDED)
-            if self.carried > self.settings.largest_load * self.unit:
+            if self.carried > self.settings.unbounded * self.unit:
                 break
             self._raise_to(self.carried + increment)
             if self.slow and not self._pass_slow_motion():
@@ -241,7 +230,7 @@ class _LoadRaising:
     def _pass_slow_motion(self) -> bool:
         """Raise the load beyond a slow motion; return False if motions under higher loads are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
-        while self.slow and self.not_carried == inf and increment < self.settings.largest_increment:
+        while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
             increment *= 2
         return not self.slow or self.not_carried < inf
@@ -286,9 +275,8 @@ class _LoadRaising:
             return settings.tolerance * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
         by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
-        largest = settings.largest_increment * max(self.carried, self.unit)
         least = settings.smallest_increment * load_factor
-        return max(least, min(by_forces, largest, 2 * self.last_increment))
+        return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
         """Raise the load that is carried, or lower the one that is not.
@@ -320,7 +308,7 @@ class _LoadRaising:
 
     def _beside(self, state: Answer) -> tuple[float, float]:
         """Return load factors just below and above that of an exact state, within the bracket."""
-        apart = NEXT_TO_EXACT * self.settings.tolerance * self._size_of(state.load_factor)
+        apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
@@ -347,8 +335,7 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            accuracy = settings.tolerance**2 * size
-            return self.state is not None or self.unreached - self.carried <= accuracy
+            return self.state is not None or self.unreached - self.carried <= SAME * size
         if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False
         below, above = self._beside(self.state)

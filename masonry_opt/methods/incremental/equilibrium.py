@@ -12,10 +12,10 @@ implicit Euler method,
 
     (2)  r(d) - η B k Bᵀd = 0,
 
-solved by Newton's method until the residual is a share ``motion`` of the forces out of balance at the start.
+solved by Newton's method until the residual is half of the forces out of balance at the start.
 The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
-open, close, slip or stick so that no iteration is, the step ends where the residual of the first direction
-reaches that share. The damping falls after whole steps and grows after parts.
+open, close, slip or stick so that no iteration is, the step is halved until the residual of the first
+direction is so small. The damping falls after whole steps and grows after parts.
 """
 
 from dataclasses import dataclass
@@ -33,24 +33,12 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
 from masonry_opt.problem.problem import Problem
 
-#: Share of the predicted decrease of the residual that a Newton step must achieve (Armijo's rule). If
-#: larger, more steps are halved.
-SUFFICIENT_DECREASE = 1e-4
-
 #: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
 #: blocks move without moving any joint. It lies far above rounding, some 1e-12.
 UNRESISTED = 1e-3
 
 #: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
 NO_JOINT_MOVES = 1e-9
-
-#: Newton iterations of a step in time at most. In the plane the first decides; in space directions of slip
-#: turn, and a second or third iteration saves a shorter step.
-NEWTON_PER_STEP = 3
-
-#: Length of the shortest step in time, relative to the whole step. Shorter ones are tried again with more
-#: damping.
-SHORTEST_STEP = 1 / 32
 
 #: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion without
 #: end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks may be
@@ -164,7 +152,7 @@ class EquilibriumSolver:
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
-        settings, damping = self.settings, self.settings.damping
+        settings, damping = self.settings, 1.0
         travelled = checked = 0.0
         start = self._evaluate(state, load)
         last = self.iterations + settings.motion_solves
@@ -268,20 +256,18 @@ class EquilibriumSolver:
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
         """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.
 
-        Newton's method goes on as long as each iteration halves the residual, three times at most. If it
-        fails, the step is a part of the first iteration; None if that part is too short.
+        Newton's method goes on as long as each iteration halves the residual. If it fails, the step is a part
+        of the first iteration; None if that part is too short.
         """
         size = self.size(start.unbalanced)
         limit = 2 * size
         first = step = self._iterate(start, start, load, damping)
         error = self.size(step.residual)
-        for _ in range(NEWTON_PER_STEP - 1):
-            if error <= self.settings.motion * size or error > limit:
-                break
+        while size / 2 < error <= limit:
             limit = error / 2
             step = self._iterate(start, step, load, damping)
             error = self.size(step.residual)
-        if error <= self.settings.motion * size:
+        if error <= size / 2:
             return step, 1.0
         return self._shorten(start, first, load)
 
@@ -291,22 +277,20 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Return the longest part of a step that the tangent predicts well, and its length.
+        """Return a half, a quarter, ... of a step, the first that the tangent predicts well, and its length.
 
         The tangent predicts that forces out of balance change linearly to those that the damping balances.
         """
-        enough = self.settings.motion * self.size(start.unbalanced)
+        enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual
-        found, length, too_long = None, 0.0, 1.0
-        while too_long > max(SHORTEST_STEP, 1.5 * length):
-            share = (length + too_long) / 2
+        share = 1.0
+        for _ in range(self.settings.halvings):
+            share /= 2
             part = self._evaluate(start.state, load, 0.0, share * whole.displacement)
             error = part.unbalanced - (1 - share) * start.unbalanced - share * predicted
             if self.size(error) <= enough:
-                found, length = part, share
-            else:
-                too_long = share
-        return found, length
+                return part, share
+        return None, 0.0
 
     def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
         """Solve (1) by Newton's method with backtracking; None if it fails."""
@@ -320,8 +304,7 @@ class EquilibriumSolver:
             for _ in range(self.settings.halvings + 1):
                 step = self._evaluate(state, load, 0.0, last.displacement + length * direction)
                 new_size = self.size(step.residual)
-                is_less = new_size <= (1 - SUFFICIENT_DECREASE * length) * size
-                if is_less or self.is_balanced(step.residual, load):
+                if new_size < size or self.is_balanced(step.residual, load):
                     break
                 length /= 2
             else:

@@ -22,9 +22,9 @@ from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.load_history import LoadStep
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.incremental.analysis import (
-    ROUNDING,
     End,
     IncrementalAnalysis,
     IncrementalResult,
@@ -129,7 +129,7 @@ def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
     state = result.state or result.state_in_motion
-    return state if state is not None and state.load_factor <= 1 + ROUNDING else None
+    return state if state is not None and state.load_factor <= 1 + SAME else None
 
 
 def _undecided(result: IncrementalResult) -> dict[str, Any]:
