@@ -23,10 +23,6 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 
-#: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
-#: elastic displacements. It is some thousand times the rounding of the trial forces.
-ROUNDING = 1e-13
-
 
 @dataclass(frozen=True)
 class _FarState:
@@ -82,7 +78,9 @@ def _solve_far_along(
     problem = solver.problem
     if solver.moves_no_joint(motion):
         return _balance_rigid_motion(solver, trial, motion)
-    far = solver.far(problem.dead + load_factor * problem.live)
+    load = problem.dead + load_factor * problem.live
+    far = solver.far(load)
+    negligible = solver.settings.rounding * max(1.0, solver.size(load)) * solver.mean_force
     d = motion * (far / solver.size_of_motion(motion))
     control = solver.matrix.B @ solver.trial_change(d).ravel()
     for _ in range(solver.settings.newton_iterations):
@@ -92,7 +90,7 @@ def _solve_far_along(
         x, y = both.T
         if not np.isfinite(both).all() or control @ y == 0:
             return None
-        if np.abs(left).max() <= ROUNDING * far * solver.mean_force:
+        if np.abs(left).max() <= negligible:
             return _FarState(load_factor, response.remembered, response.forces, d, y)
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change

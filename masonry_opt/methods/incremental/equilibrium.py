@@ -33,18 +33,6 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
 from masonry_opt.problem.problem import Problem
 
-#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
-#: blocks move without moving any joint. It lies far above rounding, some 1e-12.
-UNRESISTED = 1e-3
-
-#: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
-NO_JOINT_MOVES = 1e-9
-
-#: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion without
-#: end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks may be
-#: missed.
-STEADY = 1e-2
-
 
 @dataclass(frozen=True)
 class BlockState:
@@ -113,11 +101,11 @@ class EquilibriumSolver:
         another problem is used again if it suits the contacts.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
-        self.mean_force, by_extent = mean_force_and_compliance(problem)
+        self.mean_force, by_extent = mean_force_and_compliance(problem, self.settings)
         compliance = by_extent if compliance is None else compliance
-        self.law = ContactLaw(problem, compliance, self.mean_force)
+        self.law = ContactLaw(problem, compliance, self.mean_force, self.settings)
         suits = matrix is not None and matrix.suits(problem, self.law)
-        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
+        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law, self.settings)
         self.iterations = self.factorisations = 0
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
@@ -230,14 +218,14 @@ class EquilibriumSolver:
         sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
         motion = self.solve_linear(sticks, 0.0, unbalanced)
         left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
-        if self.size(left) <= UNRESISTED * self.size(unbalanced):
+        if self.size(left) <= self.settings.unresisted * self.size(unbalanced):
             return None
         rigid: np.ndarray = motion / np.abs(motion).max()
         return rigid
 
     def moves_no_joint(self, displacement: np.ndarray) -> bool:
         """Return True if a displacement (3b,) moves blocks without moving any joint."""
-        return self.size_of_motion(displacement) <= NO_JOINT_MOVES * float(np.abs(displacement).max())
+        return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
         """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
@@ -251,7 +239,7 @@ class EquilibriumSolver:
             return None
         motion = motion * (far / size)
         change = self._evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
-        return motion if self.size(change) <= STEADY * self.size(step.unbalanced) else None
+        return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
         """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.

@@ -35,10 +35,6 @@ from masonry_opt.methods.incremental.collapse_state import find_collapse_state
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.task import Options, Task
 
-#: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If larger,
-#: the contacts differ more.
-STIFFNESS_DEVIATION = 0.5
-
 
 class IncrementalOptions(Options):
     """Options of the incremental analysis.
@@ -150,9 +146,9 @@ def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
 
     A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
     """
-    rng = np.random.default_rng(0)
+    rng, deviation = np.random.default_rng(0), analysis.solver.settings.stiffness_deviation
     stiffness, by_stiffness = _range(
-        analysis.with_random_stiffness(STIFFNESS_DEVIATION, rng) for _ in range(draws)
+        analysis.with_random_stiffness(deviation, rng) for _ in range(draws)
     )
     stress, by_stress = _range(_stressed(analysis, number, rng) for number in range(draws))
     without = 2 * draws - by_stiffness - by_stress

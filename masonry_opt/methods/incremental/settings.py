@@ -41,7 +41,7 @@ class IncrementalSettings:
 
     #: Force out of balance at equilibrium, relative to the mean contact force, or to the load if that is
     #: larger. If smaller, Newton's method takes more iterations; if larger, errors add up over the history.
-    equilibrium: float = 1e-7
+    equilibrium: float = 1e-8
     #: Iterations of Newton's method at most. If smaller, the damped motion begins more often; if larger,
     #: solves that fail take longer.
     newton_iterations: int = 20
@@ -59,3 +59,25 @@ class IncrementalSettings:
     #: collapses in space, where directions of slip turn, have no exact state; if larger, those without one
     #: take longer.
     exact_solves: int = 4
+    #: Share of the forces out of balance that no contact resists, even if all contacts stick, above which
+    #: blocks move without moving any joint. If smaller, rounding may look like such a motion; if larger, the
+    #: motion of a few small blocks may be missed.
+    unresisted: float = 1e-3
+    #: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion
+    #: without end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks
+    #: may be missed.
+    steady: float = 1e-2
+    #: Relative rounding. Within it of the friction limit a joint slides, a force is zero, relative to the
+    #: mean contact force, and a motion of the blocks moves no joint. If smaller, rounding errors count; if
+    #: larger, joints near their limit slide too early.
+    rounding: float = 1e-9
+    #: Stiffness that is added to the diagonal of matrices, and damping that always remains, relative to the
+    #: elastic stiffness. If smaller, matrices of free blocks are singular to rounding; if larger, mechanisms
+    #: are less exact.
+    regularisation: float = 1e-14
+    #: Half-bandwidth up to which matrices are factorised as banded ones, as in the plane. Wider ones are
+    #: factorised as sparse matrices. The choice affects times alone.
+    narrow_band: int = 200
+    #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If larger,
+    #: the contacts differ more.
+    stiffness_deviation: float = 0.5
