@@ -16,7 +16,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
-from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 
@@ -89,7 +89,7 @@ class LowestState:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis = analysis
         self.met = Met()
-        simplex = self._problem.joints <= SearchSettings().simplex_up_to and not self._problem.layout.round
+        simplex = self._problem.joints <= SEARCH.simplex_up_to and not self._problem.layout.round
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None

@@ -13,8 +13,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.coulomb.run import CoulombRun
-from masonry_opt.methods.exact.refiner import SMALL
-from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.options import LoopOptions
@@ -120,14 +119,14 @@ class ExactFrom:
 class FurtherStarts:
     """Look for lower states from further starts, on small scenes in the plane, and in space."""
 
-    settings: SearchSettings = field(default_factory=SearchSettings)
+    settings: SearchSettings = SEARCH
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower states are wanted, and the scene is small or in space."""
         if run.incremental is None or not run.seeks_lower:
             return False
-        return run.problem.layout.round or run.problem.joints <= SMALL
+        return run.problem.layout.round or run.problem.joints <= self.settings.small
 
     def run(self, run: CoulombRun) -> None:
         """Look for lower states."""

@@ -14,7 +14,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
@@ -22,21 +22,6 @@ from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Series of weights of the energy over λ, in the plane. Smaller weights let λ fall further, and larger ones
-#: leave less energy.
-_WEIGHTS = ((1e3, 1e4),)
-
-#: Series of weights in space. The next series is tried if one leads to no state. States lie further apart
-#: than in the plane, and weights that rise slowly lead lower. Large weights from the start stay near the
-#: first forces, which helps on many rings of wedges.
-_WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1e5, 1e6]))
-
-#: Tolerances of the solver in space; the next one is tried if the solver does not reach one. In the plane
-#: only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
-_TOLERANCES = (1e-11, 1e-10, 1e-9)
-
-#: Largest energy of a state, relative to λ. If more energy is left, another start is better.
-_LEFT = 1e-5
 _PURPOSE = "exact state"  #: Name of this use of a solver in a result.
 
 
@@ -113,7 +98,7 @@ class ExactPrograms:
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
     def forces(
-        self, p: np.ndarray, weight: float = WEIGHT, before_each: Callable[[], None] = lambda: None
+        self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
         """Return λ and forces (3c + t,) of a low λ that leave little energy for rates p, shape (faces,).
 
@@ -153,12 +138,12 @@ class ExactPrograms:
 class Alternation:
     """Solver that applies the two programs of one problem in turn; in space friction is by cones."""
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
-        self._given, self._effort = problem, effort
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
+        self._given, self._effort, self._settings = problem, effort, settings
         self._problem = problem.by_cone
         self._conic = self._problem.by_friction.conic
         self._scaled = in_units_of_load(self._problem)
-        tolerances = _TOLERANCES if self._conic else _TOLERANCES[:1]
+        tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
         # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
         self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
@@ -179,10 +164,11 @@ class Alternation:
 
         The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
         called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
-        this module if any are given. Return None if the forces lead to no state.
+        the settings if any are given. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
-        own = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        settings = self._settings
+        own = settings.weight_series_in_space if self._conic else (settings.weights_in_plane,)
         series = (weights,) if weights else own
         states = (self._in_turn(q, d, weights, before_each) for weights in series)
         state = next((state for state in states if state is not None), None)
@@ -208,7 +194,9 @@ class Alternation:
             load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
             answer = certified(problem, load_factor, q, d)
             energy = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-            is_within = energy <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
+            is_within = energy <= self._settings.largest_energy and not answer.failing(
+                Kind.NEARLY_COMPLEMENTARY
+            )
             if is_within and (last is None or answer.exact or not last.exact):
                 last = answer
             if weight is not None:

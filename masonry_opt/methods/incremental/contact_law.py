@@ -33,7 +33,7 @@ from masonry_opt.problem.problem import Problem
 
 
 def mean_force_and_compliance(
-    problem: Problem, settings: IncrementalSettings = IncrementalSettings()
+    problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
     """Return the mean contact force under the dead load, and the compliance of each force, shape (3c + t,).
 
@@ -41,6 +41,7 @@ def mean_force_and_compliance(
     grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
     is that of the least squares solution of equilibrium under the dead load.
     """
+    settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)

@@ -105,7 +105,9 @@ class EquilibriumSolver:
         compliance = by_extent if compliance is None else compliance
         self.law = ContactLaw(problem, compliance, self.mean_force, self.settings)
         suits = matrix is not None and matrix.suits(problem, self.law)
-        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law, self.settings)
+        if matrix is None or not suits:
+            matrix = StiffnessMatrix(problem, self.law, self.settings)
+        self.matrix = matrix
         self.iterations = self.factorisations = 0
         self._last: tuple[np.ndarray, float, Factors] | None = None
 

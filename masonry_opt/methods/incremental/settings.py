@@ -78,6 +78,6 @@ class IncrementalSettings:
     #: Half-bandwidth up to which matrices are factorised as banded ones, as in the plane. Wider ones are
     #: factorised as sparse matrices. The choice affects times alone.
     narrow_band: int = 200
-    #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If larger,
-    #: the contacts differ more.
+    #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If
+    #: larger, the contacts differ more.
     stiffness_deviation: float = 0.5
