@@ -100,6 +100,8 @@ class Code(StrEnum):
     # word: end of the load history; steps: number of load steps; looped: True if the loop found no collapse
     # either; searched: True if a search found none
     UNDECIDED = "undecided"
+    # carried: largest load factor of a load history without an end, above that of the answer
+    CARRIES_MORE = "carries more"
     DILATANCY_FALLS = "dilatancy falls"
     # joints, in space contacts: their number, which is too large for a load history
     NOT_COMPUTED = "incremental not computed"
@@ -194,6 +196,7 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.REPEATS: ("lowest", "highest"),
     Code.LEAST_BORNE_OUT: ("load_factor",),
     Code.RANGE: ("carried", "not_carried"),
+    Code.CARRIES_MORE: ("carried",),
     Code.STATES_MET: ("least", "most"),
 }
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
-from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
@@ -60,7 +60,6 @@ class Solution:
     peak: float | None = None
     infeasibility: InfeasibilityCertificate | None = None  #: proof that no λ exists, if one was tried
     size: LpSize | None = None  #: size of the linear program
-    load_history: LoadHistory | None = None  #: load steps of the incremental analysis
     tells_curve: bool = False  #: True if the load–displacement curve was asked for
     log: tuple[LogEntry, ...] = ()  #: records of the steps, for methods that are a list of steps
     #: Solver of the method that made the solution; that method may have been called by another method.
@@ -73,6 +72,13 @@ class Solution:
     def answer(self) -> Answer | None:
         """State with a load factor and its certificate; None if there is no load factor."""
         return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_history(self) -> LoadHistory | None:
+        """Load steps of the method as a load history; None if its steps are of another kind."""
+        if not self.history or not isinstance(self.history[0], LoadStep):
+            return None
+        return LoadHistory(self.history)
 
     @property
     def load_factor(self) -> float | None:

@@ -342,6 +342,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         else f"the lowest load factor that its own state verifies is {numeral(v['load_factor'], '.6g')}"
     ),
     Code.UNDECIDED: _undecided_history,
+    Code.CARRIES_MORE: lambda v: (
+        f"raised from rest, the live load reaches λ = {numeral(v['carried'], '.6g')} without a collapse, "
+        "so that this load factor is a collapse state that the growing load passes by"
+    ),
     Code.DILATANCY_FALLS: "not computed, because dilatancy falls with stress: only the loop can follow it",
     Code.COLLAPSE: lambda v: (
         f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "

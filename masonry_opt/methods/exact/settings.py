@@ -72,7 +72,7 @@ class SearchSettings:
     #: that are skew by less contradict each other; if smaller, rounding counts.
     smallest_entry: float = 1e-12
 
-    #: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead to low states.
+    #: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead lower.
     repairs: int = 2
 
     #: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.

@@ -55,26 +55,26 @@ class Equilibrium:
 class Collapse:
     """A motion beyond ``far``."""
 
-    state: BlockState  #: during the motion
-    motion: np.ndarray  #: displacement with which the motion goes on from there, shape (3b,)
+    state: BlockState  #: state of the blocks during the motion
+    motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
 
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """A motion that ended neither in equilibrium nor beyond ``far`` after ``motion_solves``."""
+    """A damped motion that took ``motion_solves`` without equilibrium or collapse."""
 
     state: BlockState  #: at the end
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Displacements from a state, and the response to them."""
+    """Displacements from a state, and the response of the contacts."""
 
     state: BlockState
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: of (2), or of (1) without damping, shape (3b,)
+    residual: np.ndarray  #: residual of (2), or of (1) without damping, shape (3b,)
 
 
 class EquilibriumSolver:
@@ -120,7 +120,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
+        """Return the equilibrium of the blocks under a load (3b,) from a state, or their collapse.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
         beyond ``far`` does not count: joints that are not quite parallel jam there.
@@ -138,7 +138,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
+        """Follow the damped motion (2) to equilibrium, to collapse, or to the largest number of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -211,7 +211,7 @@ class EquilibriumSolver:
         return self.settings.equilibrium * max(1.0, self.size(load))
 
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
-        """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
+        """Return a motion of blocks without resistance by any contact; None if every motion is resisted.
 
         The damping, which is that of the contacts, does not slow such a motion.
         """
@@ -230,7 +230,7 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
+        """Return the displacement ``far`` along a mechanism, or None if the motion may still stop.
 
         Without damping these forces cause a displacement that is this large only along a mechanism.
         """
@@ -267,7 +267,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Return a half, a quarter, ... of a step, the first that the tangent predicts well, and its length.
+        """Halve a step until the tangent predicts the forces well; return the part and its length.
 
         The tangent predicts that forces out of balance change linearly to those that the damping balances.
         """
@@ -305,7 +305,7 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the response to a displacement (3b,) from a state; by default to none."""
+        """Return the response of the contacts to a displacement (3b,) from a state."""
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)

@@ -87,7 +87,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         found = Found(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
         return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
     if result.history.steps:
-        solution = replace(solution, history=result.history.steps, load_history=result.history)
+        solution = replace(solution, history=result.history.steps)
     if result.end is End.UNBOUNDED:
         return solution.ended(Status.SOLVER_FAILED, Code.UNBOUNDED, steps=steps)
     if result.end in (End.SLOW, End.UNDECIDED):
@@ -147,9 +147,7 @@ def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
     A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
     """
     rng, deviation = np.random.default_rng(0), analysis.solver.settings.stiffness_deviation
-    stiffness, by_stiffness = _range(
-        analysis.with_random_stiffness(deviation, rng) for _ in range(draws)
-    )
+    stiffness, by_stiffness = _range(analysis.with_random_stiffness(deviation, rng) for _ in range(draws))
     stress, by_stress = _range(_stressed(analysis, number, rng) for number in range(draws))
     without = 2 * draws - by_stiffness - by_stress
     return reason(Code.SPREAD, draws=draws, stiffness=stiffness, stress=stress, without=without)
