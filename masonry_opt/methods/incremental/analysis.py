@@ -285,8 +285,8 @@ class _LoadRaising:
 
         With an exact state the next loads lie just below and just above the state. Newton's method alone
         tries the load above: if the method succeeds, the state is not the limit. Without an exact state
-        Newton's method bisects. Once the bisection is narrow, a damped motion tests the load that the method does not
-        reach.
+        Newton's method bisects. Once the bisection is narrow, a damped motion tests the load that the
+        method does not reach.
         """
         if self.state is not None:
             below, above = self._beside(self.state)
