@@ -21,7 +21,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
@@ -323,7 +323,9 @@ def vary_settings(asked: argparse.Namespace) -> None:
             continue
         for place, number in _numbers(getattr(SEARCH, field.name)):
             for new in around(number):
-                with changed({_SETTINGS + field.name: partial(_with, new, place)}):
+                row = ["not possible"]
+                # The lower end of a range cannot be larger than its upper end.
+                with suppress(ValueError), changed({_SETTINGS + field.name: partial(_with, new, place)}):
                     row = cells(before, [measured(scene, "coulomb") for scene in few])
                 label = f"| `{field.name}{''.join(f'[{key}]' for key in place)}` | {number:g}"
                 print(label, f"{new:.3g}", *row, "", sep=" | ", flush=True)
