@@ -337,7 +337,10 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            return self.state is not None or self.unreached - self.carried <= SAME * size
+            # A load that is negligible beside the dead load is not bisected: rounding would decide.
+            is_negligible = self.carried == 0
+            is_fine = self.unreached - self.carried <= SAME * size
+            return self.state is not None or is_negligible or is_fine
         if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False
         below, above = self._beside(self.state)
