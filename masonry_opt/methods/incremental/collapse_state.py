@@ -7,7 +7,8 @@ method solves
 
     S x = r,    S y = f_L,    Δλ = -c·x / c·y,    Δd = x + Δλ y    so that c·Δd = 0.
 
-At the end y is the mechanism.
+At the end y is the mechanism. In the plane one solve suffices. In space directions of slip turn towards the
+mechanism, and the next solve goes on from the state of the last one.
 
 Where displacement control fails, two programs in turn look for an exact state near the collapse: the
 mechanism for given slacks, the statics for given rates (see :mod:`~masonry_opt.methods.exact.refiner`).
@@ -28,6 +29,7 @@ class _FarState:
     """A state far along the motion."""
 
     load_factor: float
+    trial: np.ndarray  #: trial forces that the contacts remember, shape (3, m)
     forces: np.ndarray  #: shape (3, m)
     d: np.ndarray  #: displacement, shape (3b,)
     mechanism: np.ndarray  #: y, shape (3b,)
@@ -35,9 +37,16 @@ class _FarState:
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
     """Return the exact state of a collapse by displacement control; None if the method fails."""
-    far = _solve_far_along(solver, collapse.state.trial, collapse.motion, load_factor)
-    answer = None if far is None else _certify(solver, far)
-    return answer if answer is not None and answer.exact else None
+    trial, motion = collapse.state.trial, collapse.motion
+    for _ in range(solver.settings.exact_solves):
+        far = _solve_far_along(solver, trial, motion, load_factor)
+        if far is None:
+            return None
+        answer = _certify(solver, far)
+        if answer is not None and answer.exact:
+            return answer
+        trial, motion, load_factor = far.trial, far.mechanism, far.load_factor
+    return None
 
 
 def find_collapse_state(
@@ -82,7 +91,7 @@ def _solve_far_along(
         if not np.isfinite(both).all() or control @ y == 0:
             return None
         if np.abs(left).max() <= negligible:
-            return _FarState(load_factor, response.forces, d, y)
+            return _FarState(load_factor, response.remembered, response.forces, d, y)
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change
     return None
@@ -97,7 +106,7 @@ def _balance_rigid_motion(
     if work == 0:
         return None
     load_factor = -float(solver.unbalanced(response, problem.dead) @ motion) / work
-    return _FarState(load_factor, response.forces, motion, motion)
+    return _FarState(load_factor, response.remembered, response.forces, motion, motion)
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:

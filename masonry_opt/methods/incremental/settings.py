@@ -55,6 +55,10 @@ class IncrementalSettings:
     #: Linear solves of a motion at most. If it ends neither at rest nor beyond ``far``, its load is
     #: undecided. If smaller, slow slides remain undecided; if larger, they take longer.
     motion_solves: int = 1000
+    #: Solves for the exact state at a collapse at most, each ``far`` along the motion. If smaller, more
+    #: collapses in space, where directions of slip turn, have no exact state; if larger, those without one
+    #: take longer.
+    exact_solves: int = 4
     #: Share of the forces out of balance that no contact resists, even if all contacts stick, above which
     #: blocks move without moving any joint. If smaller, rounding may look like such a motion; if larger, the
     #: motion of a few small blocks may be missed.
