@@ -41,7 +41,7 @@ class IncrementalSettings:
 
     #: Force out of balance at equilibrium, relative to the mean contact force, or to the load if that is
     #: larger. If smaller, Newton's method takes more iterations; if larger, errors add up over the history.
-    equilibrium: float = 1e-8
+    equilibrium: float = 1e-9
     #: Iterations of Newton's method at most. If smaller, the damped motion begins more often; if larger,
     #: solves that fail take longer.
     newton_iterations: int = 20
