@@ -105,6 +105,8 @@ class Code(StrEnum):
     # word: description of the end of the load history; steps: number of load steps; looped: True if the loop
     # also found no collapse; searched: True if a search found none
     UNDECIDED = "undecided"
+    # carried: largest load factor of a load history without an end, above that of the answer
+    CARRIES_MORE = "carries more"
     DILATANCY_FALLS = "dilatancy falls"
     # joints (in space: contacts): number of joints or contacts, which is too large for a load history
     NOT_COMPUTED = "incremental not computed"
@@ -208,6 +210,7 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.REPEATS: ("lowest", "highest"),
     Code.LEAST_BORNE_OUT: ("load_factor",),
     Code.RANGE: ("carried", "not_carried"),
+    Code.CARRIES_MORE: ("carried",),
     Code.STATES_MET: ("least", "most"),
 }
 

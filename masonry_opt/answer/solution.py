@@ -8,7 +8,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
-from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
@@ -66,7 +66,6 @@ class Solution:
     #: Proof that no λ exists, or an undecided attempt; None without an attempt.
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None  #: size of the linear program
-    load_history: LoadHistory | None = None  #: load steps of the incremental analysis
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
     #: Solver of the method that computed the solution; another method may have called that method.
@@ -79,6 +78,13 @@ class Solution:
     def answer(self) -> Answer | None:
         """State with a load factor and its certificate; None if there is no load factor."""
         return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_history(self) -> LoadHistory | None:
+        """Load steps of the method as a load history; None if its steps are of another kind."""
+        if not self.history or not isinstance(self.history[0], LoadStep):
+            return None
+        return LoadHistory(self.history)
 
     @property
     def load_factor(self) -> float | None:

@@ -50,6 +50,9 @@ LOWER = 1e-8
 #: Size up to which a load factor counts as zero.
 ZERO = 1e-6
 
+#: Number of starts below which equal load factors are reported as little evidence.
+FEW_STARTS = 8
+
 #: Work of the live load over that of the dead load above which a mechanism is reported to move against the
 #: live load.
 APART = 1e-2

@@ -23,10 +23,6 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 #: Name in a result's ``solvers`` for the associative load factor that is added to a Coulomb answer.
 _BESIDE = "associative"
 
-#: Smallest matrix entry that HiGHS does not drop. With a larger value, nearly parallel joints lead to
-#: contradictory rows.
-_SMALLEST_ENTRY = 1e-12
-
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
     """Return the solution with associative flow: load factor, forces and mechanism.
@@ -123,7 +119,7 @@ def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
     """
     if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
         return None
-    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=_SMALLEST_ENTRY)
+    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=SEARCH.smallest_entry)
     effort.uses("highs", _BESIDE)
     statics.set_costs("load_factor", np.array([-problem.live_norm]))
     if statics.solve() is not Verdict.OPTIMAL:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
@@ -80,12 +80,13 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
         return None
     answer = replace(solution.answer, q=solution.answer.q + scene.lowest_forces)
     solution = replace(solution, found=answer)
-    if before is None or before.load_history is None:
-        return replace(solution, load_history=None)
+    if solution.kind is not Kind.INCREMENTAL:
+        return solution
+    if before is None:
+        return replace(solution, history=(), tells_curve=False)
     # The load history was computed for the unchanged scene, so it remains valid.
     of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
-    history, curve = before.load_history, before.tells_curve
-    return replace(solution, load_history=history, tells_curve=curve).telling(*of_curve)
+    return replace(solution, history=before.history, tells_curve=before.tells_curve).telling(*of_curve)
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:

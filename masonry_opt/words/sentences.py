@@ -345,6 +345,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         else f"the lowest verified load factor of a sub-problem is {numeral(v['load_factor'], '.6g')}"
     ),
     Code.UNDECIDED: _undecided_history,
+    Code.CARRIES_MORE: lambda v: (
+        f"as the live load grows from rest, it reaches λ = {numeral(v['carried'], '.6g')} without a "
+        "collapse: a lower collapse state exists, but the load history does not lead to it"
+    ),
     Code.DILATANCY_FALLS: (
         "not computed, because dilatancy falls with stress: only the loop of linear programs can follow it"
     ),

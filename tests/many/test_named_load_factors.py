@@ -25,7 +25,7 @@ def test_a_sweep(method, words):
 def test_a_sweep_without_proofs():
     """Without descent the first exact state is the answer, and nothing is proven."""
     frame = mo.sweep(two_blocks(), {"joints.friction": [0.3, 0.5]}, workers=1, descent=False)
-    assert f"λ is {NOT_PROVEN}" in said(frame, ["joints.friction"]).splitlines()
+    assert f"λ is {NOT_PROVEN}" in summary_text(frame, ["joints.friction"]).splitlines()
 
 
 @pytest.mark.parametrize(("method", "words"), METHODS)

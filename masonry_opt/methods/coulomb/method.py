@@ -71,7 +71,7 @@ class CoulombOptions(Options):
 
 
 def coulomb(task: Task) -> Solution:
-    """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
+    """Return the lowest exact collapse state found by the steps of the default method.
 
     The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
     with stress, and scenes that stand from rest on which no exact state is found.
@@ -93,7 +93,7 @@ def coulomb(task: Task) -> Solution:
 
 
 def _run_steps(task: Task, options: CoulombOptions) -> Solution:
-    """Run the steps that apply, and return what they found, with their log."""
+    """Run all steps that apply, and return the solution with a log of the steps."""
     run = CoulombRun(task, options.descent)
     log: list[LogEntry] = []
     for step in STEPS:
@@ -108,7 +108,7 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Look for lower states than that of a solution, and add the search to its log."""
+    """Search for exact states below a solution, and return the lowest with the extended log."""
     began = time.perf_counter()
     found = search_lower(task, first, SearchLimits(options.search, options.until, options.seed))
     seconds = time.perf_counter() - began
@@ -117,7 +117,7 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
 
 
 def _solution(run: CoulombRun) -> Solution:
-    """Return how the steps ended: the end of a step, or else the lowest state."""
+    """Return the solution of the step that ended the run, or else the lowest exact state."""
     if run.ended is not None:
         return run.ended
     solution = run.recorded(Status.CONVERGED)

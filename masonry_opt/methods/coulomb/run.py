@@ -17,7 +17,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
-from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 
@@ -61,13 +61,13 @@ class CoulombRun:
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state so far; None without one."""
+        """Lowest exact state so far; None if no exact state was found."""
         # Without a load history no step has looked for states.
         return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor so far: of the end, of the lowest state, or of the load history; None without one."""
+        """Load factor that a user would get if the run ended now; None if there is none."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -96,13 +96,13 @@ def with_proof(solution: Solution, proof: Proof) -> Solution:
 
 
 class LowestState:
-    """The lowest of the exact states that forces lead to, and all exact states that were found."""
+    """Record of all exact states that were found, and of the lowest of them."""
 
     def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis = analysis
         self.met = Met()
-        simplex = self._problem.joints <= SearchSettings().simplex_up_to and not self._problem.layout.round
+        simplex = self._problem.joints <= SEARCH.simplex_up_to and not self._problem.layout.round
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
@@ -110,7 +110,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """The two programs in turn, with interior points; they import a modelling language."""
+        """Alternation of the mechanism program and the statics program by interior-point methods."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task)
@@ -136,7 +136,7 @@ class LowestState:
             self.met.add(state.load_factor)
 
     def near(self, start: Answer) -> None:
-        """Look for a state near forces, by simplex, or else by two programs in turn.
+        """Look for an exact state near given joint forces, by simplex or by interior points.
 
         A start that is exact already counts as a state too.
         """
@@ -144,7 +144,7 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # A state that is exact by one law of friction may not be so by another.
+        # A state that is exact with a friction polygon may not be exact with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -186,16 +186,16 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the forces (3c + t,) of the load steps at shares of the number of steps, each step once."""
+    """Return the joint forces (3c + t,) of some load steps, chosen by shares of the number of steps."""
     if history is None:
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # The first step is the dead load alone, the last one has been a start.
+    # The first load step is the dead load alone. The last load step has already served as a start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the one of two answers that alone is exact, else the lower."""
+    """Return the exact answer if only one of two answers is exact, else the lower answer."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

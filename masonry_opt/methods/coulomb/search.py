@@ -68,7 +68,7 @@ class SearchLimits:
 
 
 def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
-    """Return the lowest exact state that the forces of a solution and further starts lead to.
+    """Return the lowest exact state found from the forces of a solution and from further starts.
 
     The search ends when its time is over, when it is proven that no state is lower, or when the user
     interrupts it. The first solution is returned, with a reason, if no exact state is found.
@@ -124,12 +124,14 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
 
 
 class _Lowest:
-    """The lowest state found, and each state that was the lowest before."""
+    """Record of the lowest state found, and of all states that were the lowest before."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
         self.state: ExactState | None = None
-        self.stationary: bool | None = None  #: True if nothing that was tried lowers it; None if not known
+        self.stationary: bool | None = (
+            None  #: True if no mechanism that was tried lowers the state; None if not known
+        )
         self.interrupted = False  #: True if the user ended the search
         self.missed = Code.NOT_FOUND  #: reason for having no state
         self.history: list[LowerState] = []
@@ -184,7 +186,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the first solution with the reason for having found no state; it advises no search."""
+    """Return the first solution with the reason why the search found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -198,7 +200,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # Programs that begin anew from the first state may end above it.
+    # The programs restart from the first state, and may end in a higher state.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

@@ -14,7 +14,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
@@ -22,22 +22,6 @@ from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Series of weights of the energy z·p relative to λ, in the plane. Smaller weights permit a lower λ; larger
-#: weights leave less energy.
-_WEIGHTS = ((1e3, 1e4),)
-
-#: Series of weights of the energy in space. If one series leads to no state, the next series is tried. Slowly
-#: rising weights lead to lower states. Large weights from the start stay near the first forces, which helps
-#: on scenes with many rings of wedges.
-_WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1e5, 1e6]))
-
-#: Tolerances of the solver in space. If the solver does not reach one, the next is tried; in the plane only
-#: the first is tried. A larger tolerance increases the violation of yield: 1e-10 leads to 3e-8 on façades.
-_TOLERANCES = (1e-11, 1e-10, 1e-9)
-
-#: Largest energy z·p of an accepted state, relative to λ. If a state has more energy, another start leads to
-#: a better state.
-_LEFT = 1e-5
 _PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the programs of exact states.
 
 
@@ -114,7 +98,7 @@ class ExactPrograms:
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
     def forces(
-        self, p: np.ndarray, weight: float = WEIGHT, before_each: Callable[[], None] = lambda: None
+        self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
         """Return a low λ and forces (3c + t,) that have little energy z·p with rates p, shape (faces,).
 
@@ -154,12 +138,12 @@ class ExactPrograms:
 class Alternation:
     """State finder that alternates between the programs of forces and mechanisms of one problem."""
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
-        self._given, self._effort = problem, effort
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
+        self._given, self._effort, self._settings = problem, effort, settings
         self._problem = problem.by_cone
         self._conic = self._problem.by_friction.conic
         self._scaled = in_units_of_load(self._problem)
-        tolerances = _TOLERANCES if self._conic else _TOLERANCES[:1]
+        tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
         # If forces of contact points are indeterminate, Clarabel often misses its tolerance, so points near
         # the optimum are accepted.
@@ -181,10 +165,11 @@ class Alternation:
 
         The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
         called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
-        this module if any are given. Return None if the forces lead to no state.
+        the settings if any are given. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
-        own = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        settings = self._settings
+        own = settings.weight_series_in_space if self._conic else (settings.weights_in_plane,)
         series = (weights,) if weights else own
         states = (self._in_turn(q, d, weights, before_each) for weights in series)
         state = next((state for state in states if state is not None), None)
@@ -210,7 +195,9 @@ class Alternation:
             load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
             answer = certified(problem, load_factor, q, d)
             energy = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-            is_within = energy <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
+            is_within = energy <= self._settings.largest_energy and not answer.failing(
+                Kind.NEARLY_COMPLEMENTARY
+            )
             if is_within and (last is None or answer.exact or not last.exact):
                 last = answer
             if weight is not None:

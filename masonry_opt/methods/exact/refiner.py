@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.answer.acceptance import Kind, over_load_factor
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
@@ -33,41 +33,6 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
-
-#: Largest number of joints of a small scene. On larger scenes the simplex method takes several times as long
-#: with random costs.
-SMALL = 60
-
-#: Rate above which a face belongs to the support (the moving faces) of a mechanism.
-_RESTS = 1e-9
-
-#: Slack below which a face (yield condition) is at yield.
-_AT_YIELD = 1e-7
-
-#: Share of the largest rate above which a face of a small scene belongs to the support. The share replaces
-#: ``_RESTS``, because errors of 1e-8 of a block in corners turn rates of zero into rates of about 1e-7.
-_AT_WORK = 1e-6
-
-#: Dilatancy below which dilating joints move at rates too small for ``_AT_WORK``, so that ``_RESTS`` is used.
-_HARDLY_DILATES = 1e-4
-
-#: Weight of the energy of rates that are too small for the support, relative to λ.
-_SMALL_RATES = 10.0
-
-#: Largest energy, relative to λ, of rates outside the support in a state of a small scene. A state with an
-#: energy above 1e-8 is exact except for its complementarity.
-_LEFT = 1e-6
-
-#: Size of random costs, relative to the costs of a program. If a program has several optima, as with aligned
-#: joints, the random costs select one. Their random seed is 0.
-_RANDOM = 1e-5
-
-#: Largest number of repairs, which replace forces by forces nearer to yield. More repairs seldom lead to low
-#: states.
-_REPAIRS = 2
-
-#: Time limit of a linear program, in seconds per joint. Without a limit HiGHS may never end.
-_LONGEST = 0.2
 
 _PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
 
@@ -168,20 +133,14 @@ class Refiner(StateFinder):
 
     undecided: int
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         super().__init__(problem, effort)
+        self._settings = settings
         forces, motion = programs(problem)
-        self._small = small = problem.joints <= SMALL
-        hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
-        self._roughly = small and not hardly.any()
-        # By default HiGHS drops matrix entries below 1e-9. Nearly parallel joints that differ by less then
-        # lead to contradictory rows.
-        smallest_entry = 1e-12 if small else 1e-9
-        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest_entry)
+        smallest = settings.smallest_entry
+        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
-        self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
-        self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
 
     def mechanism(
@@ -203,9 +162,8 @@ class Refiner(StateFinder):
         This is program (b). The rates, shape (faces,), and the velocities d, shape (3b,), are those of the
         mechanism.
         """
-        support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
-        small = np.where(support, 0.0, rates) * self._roughly
-        if not self._forces_at(*self.problem.energy_costs(small, _SMALL_RATES), support):
+        support = rates > self._settings.at_rest
+        if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
@@ -225,9 +183,7 @@ class Refiner(StateFinder):
             state, lower = lower, self._lower(lower)
         if state is None:
             return None
-        energy = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
-        is_nearly_exact = self._roughly and energy <= _LEFT
-        if state.answer.failing(Kind.NEARLY_COMPLEMENTARY if is_nearly_exact else Kind.EXACT):
+        if not state.exact:
             return None
         if lower and lower.exact and not self._weightless(lower):
             return replace(state, below=lower.load_factor)
@@ -236,23 +192,17 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the state that programs (a) and (b) find from forces, shape (3c,); None without a state.
 
-        If no forces bring the whole support to yield, these attempts follow:
-
-        - on small scenes, one without random costs, since these may choose faces whose yield conditions are
-          equal except for rounding;
-        - from the forces that come nearest to yield, with least z·p.
+        If no forces bring the whole support to yield, the next attempt starts from the forces that come
+        nearest to yield, with least z·p.
         """
-        for at_random in (*[True] * self._small, *[False] * _REPAIRS):
-            cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
-            mechanism = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
+        for _ in range(1 + self._settings.repairs):
+            mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
             if mechanism is None:
                 return None
-            exact = self.least(*mechanism)
-            if exact:
-                return exact
-            if at_random:
-                continue
-            if not self._forces_at(*self.problem.energy_costs(mechanism[0], WEIGHT)):
+            state = self.least(*mechanism)
+            if state is not None:
+                return state
+            if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
                 return None
             q = self._statics.values("q")
         return None
@@ -267,7 +217,7 @@ class Refiner(StateFinder):
         self.undecided = 0
         if state.strength.any():
             slack = self.problem.slacks(state.q) / self.problem.steep
-            mechanism = self.mechanism(state.strength / state.strength.max(), slack > _AT_YIELD)
+            mechanism = self.mechanism(state.strength / state.strength.max(), slack > self._settings.at_yield)
             lower = mechanism and self.least(*mechanism)
             if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
                 return lower
@@ -291,14 +241,16 @@ class Refiner(StateFinder):
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
         """Find forces of least cost with the ``held`` faces at yield; return True if such forces exist."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
-        self._statics.set_costs("q", force_cost + self._random_of_forces)
+        self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
         """Return True if the program has an optimum. Raises OutOfTime if the deadline passes."""
         self.check_time()
-        verdict = session.solve(min(self.seconds_left, _LONGEST * self.problem.joints))
+        verdict = session.solve(
+            min(self.seconds_left, self._settings.seconds_per_joint * self.problem.joints)
+        )
         if verdict is Verdict.FAILED:
             self.check_time()
         self.undecided += verdict is Verdict.FAILED

@@ -12,7 +12,7 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO, is_lower, same
+from masonry_opt.answer.thresholds import SAME, ZERO, is_lower, same
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
@@ -20,12 +20,6 @@ from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.problem import Problem
-
-#: Largest number of linear programs in a fixed-point iteration. More linear programs seldom change the state.
-_MOST_ITERATIONS = 15
-
-#: Relative change of the costs below which a fixed-point iteration has converged.
-_CONVERGED = 1e-7
 
 #: Kind of a start, and the exact state found from it (None without one).
 Candidate = tuple[str, ExactState | None]
@@ -185,12 +179,12 @@ class Search:
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
     def _loaded(self, problem: Problem) -> np.ndarray | None:
-        """Return the forces of a load history at a share of its largest load; None without a collapse."""
+        """Return the forces at the end of a load history; None without a collapse."""
         with self._finder.effort.measure("solve"):
             result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
         if result.load_factor is None:
             return None
-        return result.history.state_at(self._settings.history_share * result.carried)[1]
+        return result.history.steps[-1].forces
 
     def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return the forces of a load history in which the loads of each block are changed at random."""
@@ -216,13 +210,13 @@ class Search:
         problem = self.problem
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
-        for _ in range(_MOST_ITERATIONS):
+        for _ in range(self._settings.fixed_point_iterations):
             forces_and_rates = self._finder.at_cost(cost)
             if forces_and_rates is None:
                 return None
             q, p = forces_and_rates
             last, cost = cost, closing * problem.table.slip_speed(p)
-            if np.abs(cost - last).max(initial=0.0) <= _CONVERGED * max(1.0, last.max(initial=0.0)):
+            if np.abs(cost - last).max(initial=0.0) <= SAME * max(1.0, last.max(initial=0.0)):
                 break
         return q
 
@@ -234,7 +228,7 @@ class Search:
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
             return None
-        holding = np.flatnonzero(state.strength > self._settings.holding_share * state.strength.max())
+        holding = np.flatnonzero(state.strength > SAME * state.strength.max())
         drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
         rates[holding[drawn <= max(self._settings.released_share, drawn.min())]] = 0.0
@@ -271,7 +265,7 @@ _NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
 #: Kinds of starts at which ties and other limited forces use at most a share of their strength. Such starts
 #: come first if a scene has limited forces, because lower states may exist in which a tie does not yield.
-_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
+_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in SEARCH.strength_shares}
 
 #: Function that returns the forces of a start. Its arguments are the search, the lowest state and a random
 #: generator.

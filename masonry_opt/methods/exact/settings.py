@@ -2,10 +2,6 @@
 
 from dataclasses import dataclass
 
-#: Weight of the energy z·p relative to λ if a mechanism is known approximately. A smaller weight leaves more
-#: energy: on façades 1.5 times as much with 10. A larger weight increases λ: by up to 0.2 % with 100.
-WEIGHT = 30.0
-
 
 @dataclass(frozen=True)
 class SearchSettings:
@@ -48,24 +44,66 @@ class SearchSettings:
     #: steps.
     simplex_up_to: int = 500
 
-    #: Number of starts below which agreement of all load factors is reported as weak evidence.
-    few_starts: int = 8
-
-    #: A yield condition counts as active if its dual variable exceeds this share of the largest dual
-    #: variable.
-    holding_share: float = 1e-6
-
     #: Share of the active yield conditions that a start near the lowest state releases; at least one is
     #: released. A larger share leads to states that differ more.
     released_share: float = 0.02
 
-    #: Share of the largest load of a load history at which forces of the history are taken as a start. A
-    #: larger share leads to the history's own collapse state.
-    history_share: float = 1.0
-
     #: Standard deviation of the logarithm of the random factors on the loads of each block, for starts of
     #: kind "loads".
     load_deviation: float = 0.5
+
+    #: Shares of their strength that ties and other limited forces use at most, in the first starts of a scene
+    #: with such forces. More shares find states in which ties do not yield more often.
+    strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
+
+    #: Linear programs in a fixed-point iteration at most. More programs seldom change the state.
+    fixed_point_iterations: int = 15
+
+    #: Joints of a small scene in the plane at most, on which the default tries further starts. On larger
+    #: scenes they take longer than all other steps together.
+    small: int = 60
+
+    #: Rate above which a yield condition is in the support of a mechanism. If smaller, rounding adds to the
+    #: support; if larger, slow parts of a mechanism are left out.
+    at_rest: float = 1e-9
+
+    #: Slack below which a condition is at yield. If smaller, rounding hides conditions at yield; if larger,
+    #: mechanisms move conditions that are not at yield.
+    at_yield: float = 1e-7
+
+    #: Size below which HiGHS drops entries of a program; its own default is 1e-9. If larger, rows of joints
+    #: that are skew by less contradict each other; if smaller, rounding counts.
+    smallest_entry: float = 1e-12
+
+    #: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead lower.
+    repairs: int = 2
+
+    #: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.
+    seconds_per_joint: float = 0.2
+
+    #: Weight of the energy z·p over λ if a mechanism is known roughly. If smaller, more energy is left: on
+    #: façades half as much again with 10. If larger, λ is higher: by up to 0.2 % with 100.
+    weight: float = 30.0
+
+    #: Weights of the energy over λ, in turn, of the alternation in the plane. Smaller weights let λ fall
+    #: further, and larger ones leave less energy.
+    weights_in_plane: tuple[float, ...] = (1e3, 1e4)
+
+    #: Series of weights of the alternation in space. The next series is tried if one leads to no state.
+    #: Weights that rise slowly lead lower. Large weights from the start stay near the first forces, which
+    #: helps on many rings of wedges.
+    weight_series_in_space: tuple[tuple[float, ...], ...] = (
+        (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
+        (*5 * [1e4], *2 * [1e5, 1e6]),
+    )
+
+    #: Tolerances of the interior points in space; the next one is tried if the solver does not reach one. In
+    #: the plane only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
+    tolerances: tuple[float, ...] = (1e-11, 1e-9)
+
+    #: Largest energy of a state of the alternation, relative to λ. If larger, states are less exact; if
+    #: smaller, more starts lead to none.
+    largest_energy: float = 1e-5
 
 
 #: Default settings of method "coulomb", with and without its option ``search``.
