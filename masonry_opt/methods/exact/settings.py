@@ -99,7 +99,7 @@ class SearchSettings:
 
     #: Tolerances of the interior points in space; the next one is tried if the solver does not reach one. In
     #: the plane only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
-    tolerances: tuple[float, ...] = (1e-11, 1e-9)
+    tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
     #: Largest energy of a state of the alternation, relative to λ. If larger, states are less exact; if
     #: smaller, more starts lead to none.
