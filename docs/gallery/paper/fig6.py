@@ -55,10 +55,7 @@ def least(name: str, angle: float) -> mo.Result:
 
 
 def jump(name: str, face: float) -> float:
-    """Angle of dilatancy at which the least load factor jumps, to 0.0005°, by bisection.
-
-    It begins between the two angles of the table that are next to the jump.
-    """
+    """Return the angle of dilatancy at which the least λ jumps, to 0.0005°, by bisection from the table's."""
     low, high = max(a for a in ANGLES if a < face / 2), min(a for a in ANGLES if a > face / 2)
     between = (by_hand(face, False) + by_hand(face, True)) / 2
     for _ in range(11):
