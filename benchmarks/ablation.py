@@ -13,17 +13,16 @@ with --rubble walls of 60 and 200 stones; with --space random ones in space, fro
 Each name has a row that compares with the methods as they are: answers, incremental load factors and exact
 states lost (and gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb
 answer that is lower is better), and the ratios of steps and of processor time.
---constants makes each number that exact states and "coulomb" name three times smaller and larger; for those
-of the incremental analysis see benchmarks/incremental.py.
+--settings makes each number of the settings of exact states three times smaller and larger; for those of the
+incremental analysis see benchmarks/incremental.py.
 """
 
 import argparse
-import re
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
 from math import inf
@@ -46,10 +45,11 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.answer.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.answer.reasons import Code  # noqa: E402
 from masonry_opt.answer.thresholds import SAME  # noqa: E402
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 
-#: First seeds of the random scenes, above all that anything was tuned on; and of those for constants.
-FIRST_SEED, FIRST_SEED_IN_SPACE, FIRST_FOR_CONSTANTS = 90_000, 97_000, 780_000
+#: First seeds of the random scenes, above all that anything was tuned on.
+FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000
 
 #: Blocks along x, along y, and courses of the corner walls, and frictions of each.
 CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
@@ -76,7 +76,7 @@ def _without(*names: Any) -> Callable[[Any], Any]:
     return reduced
 
 
-_SETTINGS = "exact.search:Search.__init__.__defaults__"
+_SETTINGS = "exact.settings:SEARCH."
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
 _REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:ExactPrograms.forces.__defaults__"
 
@@ -94,8 +94,8 @@ def _solved_alone(solved: Callable[..., bool]) -> Callable[..., bool]:
     return solved_alone
 
 
-_WEIGHTS = "exact.alternation:_WEIGHTS_IN_SPACE"
-_TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.matrices:SIDES"
+_WEIGHTS = _SETTINGS + "weight_series_in_space"
+_TOLERANCES, _SIDES = _SETTINGS + "tolerances", ".problem.matrices:SIDES"
 
 #: What concerns blocks in space alone, as in ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
@@ -105,10 +105,9 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "seven-rises": ("coulomb", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
     "weights-from-3": ("coulomb", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
     "rougher-tolerances": ("coulomb", {_TOLERANCES: lambda old: old[:1]}),
-    "roughest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[:2]}),
     "tightest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[1:]}),
     "programs-nearly-solved": ("coulomb", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
-    "energy-left": ("coulomb", {"exact.alternation:_LEFT": 1e-8}),
+    "energy-left": ("coulomb", {_SETTINGS + "largest_energy": 1e-8}),
     "sixteen-sides": ("coulomb", {_SIDES: 16}),
     "thirty-two-sides": ("coulomb", {_SIDES: 32}),
     "search-random-forces-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("random forces")}),
@@ -135,19 +134,17 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-weighs-10": ("rough", {_ENERGY: lambda old: (10.0, *old[1:])}),
     "energy-weighs-100": ("rough", {_ENERGY: lambda old: (100.0, *old[1:])}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
-    "energy-weighs-100-in-repairs": ("coulomb", {"exact.refiner:WEIGHT": 100.0}),
-    "further-starts": ("coulomb", {"coulomb.steps:SMALL": 0}),
-    "hundred-in-a-row": ("coulomb", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
+    "energy-weighs-100-in-repairs": ("coulomb", {_SETTINGS + "weight": 100.0}),
+    "further-starts": ("coulomb", {_SETTINGS + "small": 0}),
+    "hundred-in-a-row": ("coulomb", {_SETTINGS + "starts_in_vain": 30}),
     "random-forces": ("coulomb", {_SEARCH + "_KINDS": _without("random forces")}),
     "neighbours": ("coulomb", {_SEARCH + "_KINDS": _without("neighbour")}),
     "fixed-points": ("coulomb", {_SEARCH + "_KINDS": _without("fixed point")}),
-    "fixed-points-settle": ("coulomb", {_SEARCH + "_MOST_ITERATIONS": 1}),
-    "random-costs": ("coulomb", {"exact.refiner:_RANDOM": 0.0}),
-    "rates-at-work": ("coulomb", {"exact.refiner:_AT_WORK": 1e-9}),
-    "two-repairs": ("coulomb", {"exact.refiner:_REPAIRS": 1}),
-    "one-alternation": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
-    "light-energy-first": ("coulomb", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
-    "a-heavier-energy": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
+    "fixed-points-settle": ("coulomb", {_SETTINGS + "fixed_point_iterations": 1}),
+    "two-repairs": ("coulomb", {_SETTINGS + "repairs": 1}),
+    "one-alternation": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4,)}),
+    "light-energy-first": ("coulomb", {_SETTINGS + "weights_in_plane": (30.0, 1e3)}),
+    "a-heavier-energy": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4, 1e5)}),
     "search-neighbours": ("search", {_SEARCH + "_KINDS": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_KINDS": _without("fixed point")}),
     "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
@@ -223,8 +220,14 @@ def changed(changes: dict[str, Any]) -> ExitStack:
             of: Any = import_module(f".{module}", "masonry_opt.methods")
             for owner in owners:
                 of = getattr(of, owner)
-            new = value(getattr(of, attribute)) if callable(value) else value
-            stack.enter_context(patch.object(of, attribute, new))
+            old = getattr(of, attribute)
+            new = value(old) if callable(value) else value
+            if isinstance(of, SearchSettings):
+                # Settings are frozen, so that patch.object cannot set them.
+                object.__setattr__(of, attribute, new)
+                stack.callback(object.__setattr__, of, attribute, old)
+            else:
+                stack.enter_context(patch.object(of, attribute, new))
         return stack.pop_all()
 
 
@@ -271,40 +274,22 @@ def main(asked: argparse.Namespace) -> None:
                     print(f"    {scene.title}: {old} -> {new}")
 
 
-#: Where else a constant stands, as in ``ABLATIONS``: imported, or as a default, and which.
-ELSEWHERE: dict[str, tuple[Any, ...]] = {
-    "SMALL": ("coulomb.steps:SMALL",),
-    "WEIGHT": ("exact.refiner:WEIGHT",),
-}
-
-#: Stands for a constant: whatever is done with it fails.
-UNREAD = type("Unread", (), {"__eq__": None})()
-
-
-def constants(modules: list[str]) -> Iterator[tuple[str, str, tuple[Any, ...], Any]]:
-    """Module, name, place in tuples and value of each number that these modules name, and do not import."""
-    for path in sorted((ROOT / "masonry_opt" / "methods").glob("*/*.py")):
-        module, source = f"{path.parent.name}.{path.stem}", path.read_text()
-        if module.startswith(("exact.", "coulomb.")) and module.startswith(tuple(modules)):
-            of = vars(import_module(f"masonry_opt.methods.{module}"))
-            for line in re.findall(r"^_?[A-Z][^=(\n]* = ", source, re.MULTILINE):
-                for name in re.findall(r"\b_?[A-Z][_A-Z]+\b", line):
-                    yield from ((module, name, *found) for found in _numbers(of[name]))
-
-
-def _numbers(of: Any, *place: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    if isinstance(of, int | float):
+def _numbers(of: Any, *place: int) -> Iterator[tuple[tuple[int, ...], Any]]:
+    """Yield the place and value of each number of a setting, which may be a tuple of tuples."""
+    if isinstance(of, tuple):
+        for key, part in enumerate(of):
+            yield from _numbers(part, *place, key)
+    else:
         yield place, of
-    for key, part in of.items() if isinstance(of, dict) else enumerate(of) if isinstance(of, tuple) else ():
-        yield from _numbers(part, *place, key)
 
 
-def _with(number: Any, place: tuple[Any, ...], of: Any) -> Any:
+def _with(number: Any, place: tuple[int, ...], of: Any) -> Any:
+    """Return a setting with the number at a place replaced."""
     if not place:
         return number
-    parts = dict(of if isinstance(of, dict) else enumerate(of))
+    parts = list(of)
     parts[place[0]] = _with(number, place[1:], parts[place[0]])
-    return parts if isinstance(of, dict) else tuple(parts.values())
+    return tuple(parts)
 
 
 def around(number: Any) -> tuple[Any, Any]:
@@ -324,34 +309,26 @@ def cells(*both: list[Measured]) -> list[str]:
     return [f"-{less} +{more}", *counts, f"{change.max():.0e}", f"{after / before:.2f}"]
 
 
-def through_constants(asked: argparse.Namespace) -> None:
-    walls = [mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml") for number in range(1, 7)]
-    seeds = range(FIRST_FOR_CONSTANTS, FIRST_FOR_CONSTANTS + asked.random)
-    small = [one for kind in KINDS for seed in seeds if _hangs_together(one := random_scene(kind, seed))]
-    few = [
-        corner_wall(3, 2, 4),
-        *walls[:5],
-        *(scene for scene in small if assemble(scene).problem.joints <= 60),
-    ]
-    runs: dict[str, tuple[Callable[[Any], Measured], list[Any]]] = {
-        "_IN_SPACE": (partial(measured, name="coulomb"), few[:1]),
-        "": (partial(measured, name="coulomb"), few),
-    }
-    before = {part: [run(of) for of in chosen] for part, (run, chosen) in runs.items()}
-    print("| constant | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |\n" + "|---" * 8 + "|")
-    for module, name, place, number in constants(asked.constants or [""]):
-        part, (run, chosen) = next(one for one in runs.items() if one[0] in f"{module}:{name}")
-        held = [(f"{module}:{name}",), *([ELSEWHERE[name]] if name in ELSEWHERE else [])]
-        label = f"| {module} `{name}{''.join(f'[{key}]' for key in place)}` | {number:g}"
-        for new in (UNREAD, *around(number)):
-            told = ["fails"]
-            with suppress(Exception), changed({to: partial(_with, new, (*at, *place)) for to, *at in held}):
-                told = cells(before[part], [run(of) for of in chosen])
-            if new is not UNREAD:
-                print(label, f"{new:.3g}", *told, "", sep=" | ", flush=True)
-            elif told != ["fails"]:
-                print(label, "is not read |", sep=" | ", flush=True)
-                break
+def vary_settings(asked: argparse.Namespace) -> None:
+    """Print a row for each number of the search settings, smaller and larger."""
+    walls = [mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml") for number in range(1, 6)]
+    seeds = range(asked.first, asked.first + asked.random)
+    small = [scene for kind in KINDS for seed in seeds if _hangs_together(scene := random_scene(kind, seed))]
+    few = [corner_wall(2, 2, 3), *walls, *small]
+    before = [measured(scene, "coulomb") for scene in few]
+    print(f"{len(few)} scenes\n| setting | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |")
+    print("|---" * 8 + "|")
+    for field in fields(SEARCH):
+        if asked.settings and field.name not in asked.settings:
+            continue
+        for place, number in _numbers(getattr(SEARCH, field.name)):
+            for new in around(number):
+                row = ["not possible"]
+                # The lower end of a range cannot be larger than its upper end.
+                with suppress(ValueError), changed({_SETTINGS + field.name: partial(_with, new, place)}):
+                    row = cells(before, [measured(scene, "coulomb") for scene in few])
+                label = f"| `{field.name}{''.join(f'[{key}]' for key in place)}` | {number:g}"
+                print(label, f"{new:.3g}", *row, "", sep=" | ", flush=True)
 
 
 if __name__ == "__main__":
@@ -370,6 +347,6 @@ if __name__ == "__main__":
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")
     parser.add_argument("--verbose", "-v", action="store_true", help="name each scene that ends elsewhere")
-    parser.add_argument("--constants", nargs="*", metavar="MODULE", help="as exact.search; or all")
+    parser.add_argument("--settings", nargs="*", metavar="FIELD", help="fields of SearchSettings; or all")
     asked = parser.parse_args()
-    main(asked) if asked.constants is None else through_constants(asked)
+    main(asked) if asked.settings is None else vary_settings(asked)

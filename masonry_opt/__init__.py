@@ -17,9 +17,10 @@ Scenes and their records
 Generators of many blocks
     Wall, Facade, Arch, PointLoad, Column; in space Plan, PlanWall, Opening, Barrel, Dome, Groin, Shaft
 Research
-    check, compare, assemble
+    prove_least, check_proof, check, compare, assemble
 Results
-    Result, Status, Certificate, DualityReport, Sample, Crossing, Capacity, KinematicCheck, Settlement
+    Result, Status, Certificate, LeastLoadFactor, DualityReport, Sample, Crossing, Capacity, KinematicCheck,
+    Settlement
 Errors
     MasonryError, CaseError, OptionError
 
@@ -31,8 +32,9 @@ import ast as _ast
 from importlib import import_module as _import_module
 from pathlib import Path as _Path
 
-#: Where each name is, as type checkers read it too. Names are imported when first wanted: the modelling
-#: languages take seconds, in which the command must be able to end on Ctrl-C, and analyses need no study.
+#: Module of each public name, read from the stub file that type checkers also read. A name is imported at its
+#: first use: modelling languages take seconds to import, and many uses do not need them. The command can thus
+#: handle Ctrl-C before these imports begin.
 _HOMES = {
     alias.name: node.module
     for node in _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
@@ -42,8 +44,8 @@ _HOMES = {
 
 __all__ = sorted(_HOMES)
 
-# The folder models/ lies beside this one in a clone, and inside it once installed. Python started in a clone
-# takes this folder for the package, whatever is installed: it must find the models there too.
+# In a clone, the folder models/ is next to the package; in an installation it is inside the package. Python
+# started in a clone imports the package of the clone, so models/ of the clone must be found.
 _CLONE = _Path(__file__).parent.parent
 if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__init__.py").is_file():
     __path__.append(str(_CLONE))

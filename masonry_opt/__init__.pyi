@@ -14,6 +14,9 @@ from masonry_opt.finite_motion.capacity import Capacity as Capacity
 from masonry_opt.finite_motion.capacity import capacity as capacity
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck as KinematicCheck
 from masonry_opt.problem.assembly import assemble as assemble
+from masonry_opt.proof_check import check_proof as check_proof
+from masonry_opt.proving import LeastLoadFactor as LeastLoadFactor
+from masonry_opt.proving import prove_least as prove_least
 from masonry_opt.result import Result as Result
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad

@@ -16,10 +16,9 @@ from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import SAME, ZERO, same
+from masonry_opt.answer.thresholds import FEW_STARTS, SAME, ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
@@ -393,7 +392,7 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     """
     starts = solution.starts
     lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative
-    if starts is None or starts >= SEARCH.few_starts or solution.has(Code.SEARCHED):
+    if starts is None or starts >= FEW_STARTS or solution.has(Code.SEARCHED):
         return solution
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution

@@ -25,31 +25,30 @@ from masonry_opt.words.terminal import frame_text
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Tolerance of the solvers. At their default tolerance Clarabel leaves gaps of up to 7e-7 with fill. The last
-#: point of a solver that misses the tolerance is used too: the residuals decide.
+#: Tolerance of the solvers. At their default tolerance, Clarabel leaves gaps of up to 7e-7 in scenes with
+#: fill. If a solver misses the tolerance, its last point is used: the residuals show whether it is accurate.
 _SOLVER_TOLERANCE = 1e-11
 
 
 @dataclass(frozen=True)
 class DualityReport:
-    """Four answers to the associative problem, with their residuals.
+    """Four solutions of the associative problem, with their residuals.
 
     Attributes
     ----------
     table: one row for each formulation and language. Columns are ``formulation``, ``model``, ``load_factor``,
         its relative ``difference`` from the median of all four, and residuals. The residuals are
         ``equilibrium``, ``yield``, ``kinematics``, ``virtual_work`` and ``complementarity``. ``kinematics``
-        is the residual of Bᵀd = D p with p ≥ 0, over the largest velocity. The last two are relative to λ
-        Σ|f_L|.
-    crushing: True if the strength of a joint is limited; all four answers limit it by chords.
-    friction: polygons that limit friction in space, in all four answers, in words; "" in the plane, and if
-        friction is unlimited.
-    cones: load factors of statics and kinematics in space, with the cones in which the polygons are
-    inscribed;
-        None in the plane.
-    warnings: properties of the scene that look unintended, as codes with values.
-    warning_sentences: the warnings in words.
-    fills: the effect of each fill, in words.
+        is the residual of Bᵀd = D p with p ≥ 0, divided by the largest velocity. ``virtual_work`` and
+        ``complementarity`` are relative to λ Σ|f_L|.
+    crushing: True if the strength of a joint is limited; all four solutions limit the strength by chords.
+    friction: description of the polygons that limit friction in space; "" in the plane, and if friction is
+        unlimited.
+    cones: load factors of the static and the kinematic program in space, with the cones in which the polygons
+        are inscribed; None in the plane.
+    warnings: probable mistakes in the scene, as codes with values.
+    warning_sentences: probable mistakes in the scene, as sentences.
+    fills: the effect of each fill, as sentences.
     """
 
     table: "pd.DataFrame"
@@ -62,7 +61,7 @@ class DualityReport:
 
     @property
     def passed(self) -> bool:
-        """True if load factors agree to 1e-7, residuals are at most 1e-6, and cones give no lower λ."""
+        """Return True if load factors agree to 1e-7, residuals are below 1e-6 and cones give no lower λ."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
         agree = bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
         gap, missed = self._cone_differences
@@ -70,16 +69,16 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Relative differences of load factors in space: of statics and kinematics, and of cone and polygon.
+        """Return relative differences in space: static to kinematic with cones, and cone to polygon.
 
-        Both load factors of the first are with cones. The second is positive if the polygons give a lower λ.
+        The second difference is positive if the polygons give a lower λ than the cones.
         """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
         return abs(static - kinematic) / max(abs(static), SMALLEST), missed / max(abs(static), SMALLEST)
 
     def __str__(self) -> str:
-        agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
+        agree = "agree" if self.passed else "do NOT agree: see the differences and residuals below"
         median = numeral(float(self.table["load_factor"].median()), ".7f")
         difference = self.table["difference"].max()
         lines = [
@@ -100,7 +99,7 @@ class DualityReport:
 
 
 def check(scene: Scene | str | Path) -> DualityReport:
-    """Solve the associative problem in four ways and compare the answers.
+    """Solve the associative problem statically and kinematically, in CVXPY and in Pyomo, and compare.
 
     Parameters
     ----------
@@ -113,7 +112,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     NoLoadFactorError
         If the scene has no associative load factor to compare.
     """
-    # Importing pandas takes a quarter of a second, and the command solve imports this module.
+    # Import pandas here: the import takes a quarter of a second, and the command solve imports this module.
     import pandas as pd
 
     result = solve(scene, "static")
@@ -121,7 +120,10 @@ def check(scene: Scene | str | Path) -> DualityReport:
     problem = result.assembly.problem
 
     def solve_with(problem: Problem, formulation: str, language: str) -> State:
-        """Return the state that a formulation in a language has. Raises NoLoadFactorError without one."""
+        """Return the optimal state of a formulation in a modelling language.
+
+        Raises NoLoadFactorError if the solver finds no state.
+        """
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
         driver = Driver(problem, formulation, solver, Effort(), of_load=True)
         answer = driver.solve(nearly=True)

@@ -4,30 +4,33 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Function that is called with the name of each phase as it begins, such as "finding joints".
+#: Function that is called with the name of each phase when the phase begins, such as "finding joints".
 Phases = Callable[[str], None]
 
-#: Parts of an analysis, in the order in which they run.
+#: Parts of an analysis whose time is measured, in the order in which they run.
 PARTS = (
-    "scene",  # read the scene, find its joints, assemble the matrices
-    "dead_load",  # decide whether the scene is stable under its dead load
-    "incremental",  # compute the incremental load factor in addition to a Coulomb answer
-    "build",  # declare the model
-    "compile",  # convert the model to solver data, or update the data
-    "solve",  # run the solver
-    "read",  # convert the solver's answer to arrays
-    "associative",  # compute the associative load factor in addition to a Coulomb answer
+    "scene",  # reading the scene, finding its joints, assembling the matrices
+    "dead_load",  # deciding whether the scene is stable under its dead load
+    "incremental",  # computing the incremental load factor in addition to the method's load factor
+    "build",  # declaring the model in the modelling language
+    "compile",  # converting the model to solver data, or updating the data
+    "solve",  # running the solver
+    "read",  # converting the solver's answer to arrays
+    "associative",  # computing the associative load factor in addition to the method's load factor
 )
 
 
 class Effort:
-    """Time, programs and iterations of an analysis, summed up."""
+    """Total time, number of solved programs and number of iterations of an analysis."""
 
     def __init__(self, begins: Phases = lambda _: None) -> None:
-        """Start with zero effort. ``begins`` is called with the name of each phase as it begins."""
+        """Start with zero effort.
+
+        ``begins`` is called with the name of each phase as the phase begins.
+        """
         self.begins = begins
         self.seconds = dict.fromkeys(PARTS, 0.0)  #: seconds by part
-        self.lp_solves = 0  #: number of linear programs solved, in space also of cone programs
+        self.lp_solves = 0  #: number of linear programs solved; in space, cone programs count too
         self.nlp_solves = 0  #: number of nonlinear programs solved
         self.iterations = 0  #: sum of the iterations of the solvers
         #: Names of the solvers by purpose, such as "dead load" or "sub-problems".
@@ -40,14 +43,14 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a new effort with zero counts and seconds that shares the record of solvers."""
+        """Return a new effort with zero counts and times that shares the record of solvers."""
         other = Effort()
         other.solvers = self.solvers
         return other
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:
-        """Add the duration of the ``with`` block to a part."""
+        """Add the duration of the ``with`` block to a part of the analysis."""
         start = time.perf_counter()
         try:
             yield

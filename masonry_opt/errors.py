@@ -7,7 +7,7 @@ from math import ceil, floor, log10
 
 
 def printable(text: str) -> str:
-    """Return a text in which all characters except printable ones and line ends are escaped.
+    """Return a text with all characters escaped except printable characters and line ends.
 
     Text of a case file or path therefore cannot move the cursor of a terminal, change colours or the
     direction of writing, or fail to be encoded.
@@ -19,7 +19,7 @@ def printable(text: str) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> str:
-    """Return a positive number, rounded up to some significant digits, as text.
+    """Return a positive number as text, rounded up to a given number of significant digits.
 
     Upper bounds are printed so, because they must not appear smaller.
     """
@@ -28,12 +28,12 @@ def rounded_up(value: float, digits: int = 4) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun in singular or plural, such as "1 hole" or "2 holes"."""
+    """Return a number and its noun, in singular or plural, such as "1 hole" or "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 class MasonryError(Exception):
-    """Base class of errors whose message states what to do; the message is printable."""
+    """Base class of this package's errors; each message is printable and states a remedy."""
 
     exit_code = 2  #: exit code of the command line
 
@@ -42,38 +42,39 @@ class MasonryError(Exception):
 
 
 class CaseError(MasonryError, ValueError):
-    """A case file or scene is wrong; the message names the file, the key or block, and the remedy."""
+    """The case file or scene is wrong; the message names file, key or block, and the remedy."""
 
-    # Pydantic converts a ValueError in a validator to a validation error of the record.
+    # The class derives from ValueError, because pydantic converts a ValueError in a validator to a validation
+    # error.
 
 
 class OptionError(MasonryError):
-    """A method, model, solver or option is wrong or not available here."""
+    """The method, model, solver or option is wrong, or not available for this scene."""
 
 
 class OutputError(MasonryError):
-    """An output could not be written; the message states the path and the reason."""
+    """The output cannot be written; the message states the path and the reason."""
 
 
 class ReaderGoneError(OutputError):
-    """The reader of standard output closed it. This is no failure, and nothing is printed."""
+    """The program that reads standard output has closed it; nothing is printed."""
 
-    exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE ends
+    exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE terminates
 
 
 class NoLoadFactorError(MasonryError):
-    """A load factor is needed, and the scene has none; the message states the reason."""
+    """The scene has no load factor where one is needed; the message states the reason."""
 
     exit_code = 1
 
 
 class NoRunSolvedError(MasonryError):
-    """No run of a study was solved: all were refused or crashed; the message states the reason."""
+    """No run of a study was solved; the message states why they were refused or crashed."""
 
     exit_code = 1
 
 
 class InterruptedByUserError(MasonryError):
-    """The user stopped the run; the message states the results obtained before."""
+    """The user stopped the run; the message states the results obtained so far."""
 
     exit_code = 130

@@ -21,7 +21,7 @@ import numpy as np
 
 from masonry_opt.errors import OptionError, OutputError
 
-#: Name of the writer of a file, in the metadata of the file.
+#: Name of this package in the metadata of the files that it writes.
 WRITER = "masonry_opt"
 
 #: Comment in a file that names the writer.
@@ -30,14 +30,15 @@ MARK = f"written by {WRITER}"
 #: Key of JSON files that names the writer.
 JSON_KEY = "written_by"
 
-#: Endings of lists of names that belong to an .nl file. The .nl file has the mark for all three files.
+#: Endings of the lists of names that belong to an .nl file. The mark in the .nl file covers all three files.
 _NAME_LISTS = (".row", ".col")
 
-#: Regular expressions of the marks of files, by the ending of the file's name.
+#: Regular expressions that match the marks of files, by the ending of the file's name.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
     ".dxf": rf"\A\s*999\r?\n{MARK}",
+    ".cnf": rf"\Ac {MARK}",
     ".lp": rf"\A\\ {MARK}",
     ".mps": rf"\A\* {MARK}",
     ".nl": rf"\A[^\n]*# problem [\"']?{MARK}",
@@ -50,8 +51,8 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: File of an output folder that lists the SHA-256 digests of the files that were written into the folder, by
-#: name. Tables and charts cannot contain a mark; their digest identifies them.
+#: Name of the file that lists the SHA-256 digests of all files written into a folder. Tables and charts
+#: cannot contain a mark, so their digest identifies them.
 RECORD = ".masonry_opt.json"
 
 #: Number of bytes at the start and at the end of a file that are searched for its mark. Only PDF files have
@@ -60,13 +61,13 @@ _ENDS = 1 << 16
 
 
 def image_source(content: bytes | str, kind: str) -> str:
-    """Return the content of a picture, "png" or "svg", as the address of an image in HTML."""
+    """Return a picture ("png" or "svg") as an HTML image address that contains the data."""
     data = content.encode() if isinstance(content, str) else content
     return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{b64encode(data).decode()}"
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:
-    """Return the metadata of a picture of a kind ("png", "svg", "pdf"): its mark, and no date."""
+    """Return the metadata of a picture of a format ("png", "svg", "pdf"): the mark, and no date."""
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
@@ -74,7 +75,7 @@ def picture_metadata(kind: str) -> dict[str, str | None]:
 
 @contextlib.contextmanager
 def writing(path: Path, kept: str = "") -> Iterator[None]:
-    """Raise OutputError if the ``with`` block raises OSError; its message ends with the text ``kept``."""
+    """Convert an OSError in the ``with`` block to an OutputError whose message ends with ``kept``."""
     try:
         yield
     except OSError as error:
@@ -82,12 +83,12 @@ def writing(path: Path, kept: str = "") -> Iterator[None]:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file so that a reader sees the old content or the new, never a part.
+    """Write a file such that a reader sees either the old content or the complete new content.
 
     Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
     """
     path = Path(path)
-    # Each writer has its own temporary file. If two write at once, the file is that of the last one, whole.
+    # Each writer uses its own temporary file. If two writers work at once, the last complete file remains.
     temporary = path.parent / f".writing.{uuid4().hex}"
     try:
         temporary.write_bytes(_encoded(content))
@@ -97,7 +98,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
 
 
 def write_together(contents: Mapping[Path, str | bytes]) -> None:
-    """Write several files, each whole, by their paths.
+    """Write several files, given by their paths, each completely or not at all.
 
     All contents are first written to temporary files, so that a full disk leaves every old file as it was.
     Raises OutputError, which names the first file that cannot be written.
@@ -122,7 +123,7 @@ def write_folder(
     force: bool = False,
     is_own: Callable[[str], bool] = lambda _: False,
 ) -> list[Path]:
-    """Write files into a folder by their names, with :func:`write_together`, and return their paths.
+    """Write files, given by name, into a folder with :func:`write_together`, and return their paths.
 
     The record of the folder lists their digests, which show a later run that it may replace the files. A
     recorded file of an earlier run that is not among the contents is removed if ``is_own`` is true of its
@@ -152,7 +153,7 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> None:
-    """Raise OptionError if a file of a folder cannot be replaced; call this before long work.
+    """Raise OptionError if a file of a folder cannot be replaced; call before a long computation.
 
     A missing folder has no files. Without ``force``, only files that this package wrote are replaced.
     """
@@ -164,7 +165,7 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file cannot be written at a path; call this before long work.
+    """Raise OptionError if a file cannot be written at a path; call before a long computation.
 
     Without ``force``, OptionError is also raised if the file would replace one that another program wrote.
     """
@@ -186,15 +187,15 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data that this package did not write, unless ``force`` is set."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
-        foreign = f"is there already, and {WRITER} did not write it, or it was changed since"
+        foreign = f"is there already, and {WRITER} did not write the file or the file was changed since"
         remedy = "choose another name or folder, or replace it with --force (in Python: force=True)"
         raise OptionError(f"{path}: {foreign}: {remedy}")
 
 
 def _is_replaceable(path: Path) -> bool:
-    """Return True if a file is empty, recorded with its present digest, or contains the mark of its kind."""
+    """Return True if a file is empty, is unchanged since its record, or contains this package's mark."""
     if not path.is_file():
-        # The path is that of a pipe, a device, or a link without a target.
+        # The path is a pipe, a device, or a link without a target.
         return False
     recorded = _recorded(path.parent).get(path.name)
     if recorded and _digest_of(path) in recorded:
@@ -214,7 +215,7 @@ def _is_replaceable(path: Path) -> bool:
 
 
 def _recorded(folder: Path) -> dict[str, list[str]]:
-    """Return the digests of the files that were written into a folder, by name; empty without a record."""
+    """Return the recorded digests of the files of a folder, by name; empty without a record."""
     try:
         files = json.loads((folder / RECORD).read_bytes())["files"]
         return {str(name): [*map(str, digests)] for name, digests in files.items()}
@@ -223,7 +224,7 @@ def _recorded(folder: Path) -> dict[str, list[str]]:
 
 
 def _digest_of(path: Path) -> str:
-    """Return the SHA-256 digest of a file; "" if the file cannot be read."""
+    """Return the SHA-256 digest of a file, or "" if the file cannot be read."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
@@ -232,7 +233,7 @@ def _digest_of(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value converted to types of JSON; NaN and infinity become None."""
+    """Convert a value to JSON types; NaN and infinity become None."""
     if isinstance(value, StrEnum):
         return str(value)
     if hasattr(value, "as_dict"):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: Attributes that ``as_dict`` lists first, in this order. The tables of blocks and joints follow.
+#: Attributes that ``as_dict`` lists first, in this order; the tables follow.
 _DICTIONARY_NAMES = (
     "case",
     "load_case",
@@ -66,16 +66,16 @@ _DICTIONARY_NAMES = (
 
 
 class Result(Outcome):
-    """Answer to the question at what load the masonry collapses, in numbers, words and pictures.
+    """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
     The numbers are those of :class:`~.answer.outcome.Outcome`.
 
     Attributes
     ----------
-    message: reasons for the status, in words.
+    message: reasons for the status, as sentences.
     summary: text that ``print`` shows: the load factors, what is proven for each, and the blocks that move.
     details: the summary, with residuals, programs, solvers and times.
-    warning_sentences: properties of the scene that look unintended, in words.
+    warning_sentences: probable mistakes in the scene, as sentences.
     """
 
     def __str__(self) -> str:
@@ -89,37 +89,39 @@ class Result(Outcome):
 
     @cached_property
     def message(self) -> str:
-        """Reasons for the status, in words."""
+        """Reasons for the status of the result, as sentences."""
         return message(self.reasons, self.method)
 
     @property
     def size(self) -> Size:
-        """Sizes of the scene and the linear program, with the parts of the scene that were not modelled."""
+        """Sizes of the scene and of the linear program, and the parts of the scene not modelled."""
         return replace(super().size, left_out=left_out(self.assembly))
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings about the scene, in words."""
+        """Warnings about the scene, as sentences."""
         return sentences(self.warnings)
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings in the form of JSON output: sentence, code and the values of the code."""
+        """Warnings as in JSON output: sentence, code and the values of the code."""
         warnings = zip(self.warnings, self.warning_sentences, strict=True)
         return [{"sentence": sentence, **plain(warning.as_dict())} for warning, sentence in warnings]
 
     @property
     def summary(self) -> str:
-        """Summary of the result: the load factors, what is proven for each, and the blocks that move."""
+        """Text that ``print`` shows: load factors, what is proven for each, and the moving blocks."""
         return summary(self)
 
     @property
     def details(self) -> str:
-        """Summary with residuals, programs, solvers and times."""
+        """Summary with residuals, sizes of programs, solvers and times."""
         return summary(self, technical=True)
 
     def required(self) -> float:
-        """Return the load factor. Raises NoLoadFactorError if there is none.
+        """Return the load factor of the result.
+
+        Raises NoLoadFactorError if the result has no load factor.
 
         The message of the error has the case, the status, the reasons and the warnings.
         """
@@ -131,7 +133,7 @@ class Result(Outcome):
     def plot(
         self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
     ) -> "Figure":
-        """Draw the result and return the matplotlib figure, which does not use pyplot's state.
+        """Draw the result and return the matplotlib figure, without changing pyplot's state.
 
         A notebook shows the figure.
 
@@ -146,8 +148,7 @@ class Result(Outcome):
 
         names: True to write the name of each block into it.
         view: In space, azimuth (from x towards y) and elevation of the viewpoint, in degrees. The default
-        view
-            shows the wider side of the scene, with the mechanism moving towards the viewer.
+            view shows the wider side of the scene, with the mechanism moving towards the viewer.
 
         Raises
         ------
@@ -155,7 +156,7 @@ class Result(Outcome):
             If the result has no picture of this kind, or the picture shows no names. If the view is not two
             angles, or the scene is in the plane and a view is given.
         """
-        # Importing Matplotlib takes time, so that only pictures import it.
+        # Import Matplotlib only for pictures, because the import takes time.
         from masonry_opt.drawing.pictures import result_picture
 
         return result_picture(self, kind, names, view)
@@ -196,7 +197,7 @@ class Result(Outcome):
         figure.save_as(path, force, partial(page.page, self, kind, view), drawn)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, strings, lists and dictionaries (NaN and infinity as None).
+        """Return all data as plain numbers, strings, lists and dictionaries; NaN and infinity become None.
 
         The tables have more columns here (see :mod:`~.answer.recomputation`): the certificate can be
         recomputed from the dictionary alone.
@@ -218,14 +219,14 @@ class Result(Outcome):
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
-        """Return the tables of joints, in space also of contact points, with their limits."""
+        """Return the tables of joints (in space, of contact points too) with the limits of their forces."""
         limits = limit_columns(self.assembly, self.solution)
         if self.contacts is not None:
             return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces with their lines of action; None if there are none."""
+        """Return a table of limited forces with their lines of action, or None without such forces."""
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
@@ -234,7 +235,10 @@ class Result(Outcome):
 
 
 def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """Return the records of the warnings of results; for each code those of the first result with it."""
+    """Return the warning records of several results without repeating a warning code.
+
+    For each code, the records of the first result with this code are returned.
+    """
     first: dict[str, list[dict[str, Any]]] = {}
     for result in results:
         own: dict[str, list[dict[str, Any]]] = {}
@@ -248,7 +252,7 @@ def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
 def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
-    """Return a solution as a result, with the names and units of its scene and the effort of the analysis."""
+    """Combine a solution with names and units of its scene, and with the effort, into a result."""
     counts = {name: count for name, count in vars(effort).items() if name != "begins"}
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
     return Result(**named, assembly=assembly, solution=solution, **counts)

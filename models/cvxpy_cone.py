@@ -10,27 +10,27 @@ from masonry_opt.models.cvxpy_terms import Mechanism, Statics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Factor on the energy in the objective of ConeMotion. A larger one makes the absolute gap at which solvers
-#: end small relative to the energy.
+#: Scale factor of the energy in the objective of ConeMotion. With a larger factor, the absolute gap at which
+#: solvers stop is smaller relative to the energy.
 _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Senses of slip that replace the circles of friction cones by polygons, for linear programs.
+    """Directions of slip that replace the friction circles by polygons in linear programs.
 
-    A point that can slide has several senses; m is the number of all of them.
+    Each contact point that can slide has several directions; m is the number of all directions.
     """
 
-    point: np.ndarray  #: number of the sliding point of each sense, shape (m,)
-    along: np.ndarray  #: unit vector e of each sense in the plane of its point, shape (2, m)
-    #: True if the polygons are inside the circle of shears. Then all forces are inside the cones, and sliding
-    #: is opposite to the corners. False if the polygons are around the circle. Then mechanisms obey the flow
-    #: rule of the cones, and sliding is opposite to the points where the sides touch the circle.
+    point: np.ndarray  #: index of the sliding contact point of each direction, shape (m,)
+    along: np.ndarray  #: unit vector e of each direction in the plane of its contact point, shape (2, m)
+    #: True if the polygons lie inside the circles of shear: all forces then lie inside the cones, and slip is
+    #: opposite to the corners. False if the polygons lie around the circles: mechanisms then obey the flow
+    #: rule of the cones, and slip is opposite to the tangent points of the sides.
     inside: bool
 
 
 class ConeStatics(Statics):
-    """Contact forces q within equilibrium, eq. (1), and within the friction cones.
+    """Contact forces q in equilibrium, eq. (1), and inside the friction cones.
 
     At each contact point
 
@@ -41,7 +41,7 @@ class ConeStatics(Statics):
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """Return the conditions on contact forces and limited forces, without equilibrium."""
+        """Return the yield conditions of contact forces and limited forces, without equilibrium."""
         problem = self._problem
         table = problem.table
         normal, *shears = (self.q[columns] for columns in problem.columns_of_sliding)
@@ -50,18 +50,18 @@ class ConeStatics(Statics):
         return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates of the faces under block velocities d and an opening per unit slip, shape (k,)."""
+        """Return the rates p for block velocities d and an opening per unit slip, shape (k,)."""
         return self._problem.rates(d, slope)
 
 
 class ConeMechanism(Mechanism):
-    """Block velocities d, openings u ≥ 0, slips w, their speeds γ, and rates v ≥ 0 of limited forces.
+    """Mechanism with friction cones: velocities d, openings u ≥ 0, slips w, slip speeds γ and rates v ≥ 0.
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
-    The slope is the opening per unit slip, as a parameter or as numbers. Senses e replace γ ≥ |w| by linear
-    conditions: γ ≥ e·w for each sense of polygons inside the circle; w = Σ e p, γ = Σ p and p ≥ 0 for
-    polygons around it.
+    The rates v are those of limited forces. The slope is the opening per unit slip, as a parameter or as
+    numbers. Directions e replace γ ≥ |w| by linear conditions. For polygons inside the circle: γ ≥ e·w for
+    each direction. For polygons around the circle: w = Σ e p, γ = Σ p and p ≥ 0.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class ConeMechanism(Mechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy that the limits of forces dissipate.
+        #: Energy dissipated at the limits of limited forces.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
@@ -96,7 +96,7 @@ class ConeMechanism(Mechanism):
         self.rows = [self.compatibility, at_speed]
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
-        """Return the rates p, shape (faces,), for the velocities at the optimum.
+        """Return the rates p of the yield conditions, shape (faces,), for the optimal velocities.
 
         The openings per unit slip have shape (k,).
         """
@@ -104,7 +104,7 @@ class ConeMechanism(Mechanism):
 
 
 class ConeForces:
-    """Forces of a low λ that leave little energy for a given mechanism.
+    """Program for forces with a low λ that leave little complementarity error with a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -120,7 +120,7 @@ class ConeForces:
         self.program = cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
+        """Set the rates of the mechanism, shape (faces,), and the weight of the complementarity error."""
         problem = self._problem
         senses = problem.layout.senses
         slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
@@ -133,7 +133,7 @@ class ConeForces:
 
 
 class ConeMotion:
-    """Mechanism that leaves the least energy for given forces.
+    """Program for the mechanism that leaves the least complementarity error with given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 
@@ -151,7 +151,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the forces, shape (3c + t,)."""
+        """Set the contact forces and limited forces, shape (3c + t,)."""
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

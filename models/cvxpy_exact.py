@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Forces for a given mechanism.
+    """Program for forces that fit a given mechanism.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
@@ -38,7 +38,7 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """Mechanism for given forces.
+    """Program for a mechanism that fits given forces.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
@@ -62,8 +62,25 @@ class CvxpyMotion:
         self.program = cp.Problem(cp.Minimize(cost @ mechanism.p), rows)
 
 
+class CvxpyDrivenMotion:
+    """Mechanism that a load factor λ, or a smaller one, can drive.
+
+        Bᵀ d = D(tan ψ) p,    f_L·d = Σ|f_L|,    p ≥ 0,    e·p − f_D·d ≤ λ Σ|f_L|
+
+    The energy e, shape (faces,), is the least that the conditions dissipate per unit rate: c and, of sliding,
+    the least (μ − tan ψ) n of all states. In a collapse state c·p + Σ (μ − tan ψ) n γ − f_D·d = λ f_L·d, with
+    γ the slip of each joint.
+    """
+
+    def __init__(self, problem: Problem, energy: np.ndarray, highest: float) -> None:
+        mechanism = self.mechanism = Mechanism(problem, problem.dilatancy)
+        self.balance = energy @ mechanism.p - problem.dead @ mechanism.d <= highest * problem.live_norm
+        rows = [mechanism.compatibility, mechanism.live_work, self.balance]
+        self.program = cp.Problem(cp.Minimize(0), rows)
+
+
 class CvxpyAtYield:
-    """Forces that hold the faces of a mechanism at yield, with λ nearest to a given value.
+    """Program for forces at yield where a mechanism moves, with λ nearest to a given value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
@@ -79,7 +96,7 @@ class CvxpyAtYield:
 
 
 class CvxpyNoMotion:
-    """Forces that carry the live load alone: a proof that the live load does no work in any mechanism.
+    """Program for forces that carry the live load alone: no mechanism then has positive live work.
 
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
@@ -98,7 +115,7 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """Motion that gains energy: a proof that no forces bring the given faces to yield together.
+    """Program for a motion that gains energy: no forces then bring the given conditions to yield.
 
         min  Σ r    s.t.    Bᵀ d = C(μ)ᵀ (p − r),    f_L·d ≥ 0,    f_D·d − c·(p − r) = 1,    p ≥ 0,
         0 ≤ r ≤ most

@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Scaling of the crushing cones for normal forces of size N.
+    """Scaling of the crushing cones to normal forces of magnitude N.
 
     Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
     """
@@ -18,12 +18,12 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: N² / (f_c L): the reduction of 2 n₁ and 2 n₂ by normal forces of size N.
+        #: N² / (f_c L): the amount by which crushing reduces 2 n₁ and 2 n₂ at normal forces of magnitude N.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 
     def resize(self, q: np.ndarray | None) -> None:
-        """Set N to the mean normal force of the joints that can crush, in forces q, shape (3c,).
+        """Set N to the mean normal force of the joints that can crush, given forces q, shape (3c,).
 
         Without forces N is √(f_c L), the geometric mean of 1 and the crushing force.
         """
@@ -37,7 +37,7 @@ class _Sized:
 
 
 class CvxpyParabolaStatic(_Sized):
-    """Static program, eq. (9), with the parabola of crushing in place of its chords.
+    """Static program, eq. (9), with the crushing parabola instead of its chords.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
         2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
@@ -64,7 +64,7 @@ class CvxpyParabolaStatic(_Sized):
         self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed, cone])
 
     def read(self) -> State:
-        """Return the state at the optimum.
+        """Return the state at the optimum of the program.
 
         Velocities and rates are the duals of equilibrium and yield. The duals of the crushing conditions are
         the rates of the rocking faces.
@@ -77,7 +77,7 @@ class CvxpyParabolaStatic(_Sized):
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Kinematic program, eq. (10), with the energy that the parabola of crushing dissipates.
+    """Kinematic program, eq. (10), with the energy dissipated by the crushing parabola.
 
     A joint whose points rock at rates of the sum P, and which closes by w, dissipates f_c L w² / (4 P) ≤ N² t
     / (f_c L):

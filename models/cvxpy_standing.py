@@ -10,18 +10,18 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Least weight of a block in the inertia, relative to the median block. It keeps the motion of weightless
-#: blocks unique; a larger value would slow them down.
+#: Smallest weight of a block in the inertia, relative to the median block. This limit keeps the motion of
+#: weightless blocks unique; a larger value would slow them down.
 _LEAST_WEIGHT = 1e-2
 
 
 def by_cones(problem: Problem) -> bool:
-    """Return True if the programs of this module have friction cones for this problem."""
+    """Return True if this module models the friction of the problem by cones."""
     return problem.by_friction.conic and len(problem.sliding) > 0
 
 
 class CvxpyStanding:
-    """Static program, eq. (9), without a live load: find any forces in equilibrium within yield.
+    """Static program, eq. (9), without live load: find any forces in equilibrium and within yield.
 
     B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
@@ -34,14 +34,14 @@ class CvxpyStanding:
 
 
 def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> Mechanism:
-    """Return the mechanism of a problem, with friction cones if the problem has any."""
+    """Return the kinematics of a problem, with friction cones if the problem has any."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
     return Mechanism(problem, limits.slope)
 
 
 class CvxpyFalling:
-    """Mechanism with which blocks begin to fall under the dead load.
+    """Program for the mechanism with which blocks begin to fall under the dead load.
 
         max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
@@ -64,7 +64,7 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """Mechanism of bounded velocities that the dead load drives most, and its dual problem.
+    """Program for the mechanism of bounded velocities that the dead load drives most, with its dual.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
@@ -79,7 +79,7 @@ class CvxpyDriven:
         self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the velocities d and the forces q, or None if the solver found none.
+        """Return the velocities d and the forces q, or None if the solver found no solution.
 
         The forces are minus CVXPY's duals of compatibility.
         """

@@ -24,7 +24,7 @@ class CvxpyStatic:
         self.program = cp.Problem(objective, [statics.equilibrium, *statics.within_yield])
 
     def read(self) -> State:
-        """Return the state at the optimum.
+        """Return the state at the optimum of the program.
 
         Velocities and rates are the duals of equilibrium and yield.
         """

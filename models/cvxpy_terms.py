@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class ShearParameters:
-    """Shear limits as parameters ``slope`` and ``cohesion``, shape (k,) each."""
+    """Slope and cohesion of the shear limits as CVXPY parameters, shape (k,) each."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
@@ -21,7 +21,7 @@ class ShearParameters:
 
 
 class Statics:
-    """Joint forces q in equilibrium, eq. (1), and the slack z of every face, eq. (4).
+    """Joint forces q in equilibrium, eq. (1), and the slack z of each yield condition, eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
@@ -41,7 +41,7 @@ class Statics:
 
     @cached_property
     def slacks(self) -> cp.Expression:
-        """Return the slacks z, shape (faces,).
+        """Return the slacks z of the yield conditions, shape (faces,).
 
         They are declared on first use, because models with friction cones do not need them.
         """
@@ -52,20 +52,20 @@ class Statics:
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """Return the yield condition z ≥ 0."""
+        """Return the constraint z ≥ 0 of all yield conditions."""
         return [self.slacks >= 0]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates of the faces at the optimum: the duals of the yield condition."""
+        """Return the rates of the yield conditions at the optimum, which are their dual variables."""
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return λ and the joint forces, shape (3c,), at the optimum."""
+        """Return λ and the joint forces q, shape (3c,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 
 class Mechanism:
-    """Block velocities d and rates p ≥ 0 of the faces, eqs (2), (5), (6).
+    """Block velocities d and rates p ≥ 0 of the yield conditions, eqs (2), (5), (6).
 
         Bᵀ d = D(slope) p
 
@@ -76,25 +76,26 @@ class Mechanism:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        self.slip = problem.limit_factors.T @ self.p  #: slip of each joint, in either sense, shape (k,)
+        #: Slip of each joint that can slide, summed over its senses of sliding, shape (k,).
+        self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
-        #: Energy that the chords of crushing and the limits of forces dissipate.
+        #: Energy dissipated at the chords of crushing and at the limits of limited forces.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
-        # The right-hand side is 0, because Python may swap the sides of == between two expressions. This
-        # would change the sign of the dual variable.
+        # Keep 0 on the right-hand side. Between two expressions Python may swap the sides of ==, which would
+        # change the sign of the dual variable.
         self.compatibility = problem.B.T @ self.d - flow == 0
-        #: The conditions on the mechanism, without that of the live work.
+        #: Conditions on the mechanism, except the normalisation of the live work.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 
     def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
-        """Return the power of the dead load minus the dissipation of the mechanism, f_D·d − c·p.
+        """Return the power of the dead load minus the power dissipated, f_D·d − c·p.
 
         The cohesion has shape (k,).
         """
         return self._problem.dead @ self.d - cohesion @ self.slip - self.resisted
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
-        """Return the rates of the faces at the optimum."""
+        """Return the rates p of the yield conditions at the optimum."""
         return np.asarray(self.p.value)

@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """All collapse states under the joints' own flow rule, eqs (1) to (6) and (8).
+    """Complementarity problem of all collapse states with the joints' flow rule, eqs (1) to (6), (8).
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
@@ -31,21 +31,21 @@ class PyomoMcp:
         )
 
     def start_from(self, state: State) -> None:
-        """Set the variables to a state."""
+        """Set the initial values of the variables to a state."""
         self.program.load_factor.set_value(state.load_factor)
         put(self.statics.q, state.q)
         put(self.mechanism.d, state.d)
         put(self.mechanism.p, state.p)
 
     def read(self) -> State:
-        """Return the state of the variables' values."""
+        """Return the state given by the values of the variables."""
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Rewrite complementarity, in place, with slack variables z = C(μ) q + c ≥ 0, and return these.
+    """Rewrite complementarity with slack variables z = C(μ) q + c ≥ 0, and return the slack variables.
 
-    ``transformation`` is the name of a transformation of Pyomo.
+    The program is changed in place. ``transformation`` is the name of a transformation of Pyomo.
     """
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
@@ -55,8 +55,9 @@ def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
 
 
 def with_pairs(model: PyomoMcp) -> None:
-    """Rewrite complementarity, in place, in the form that Pyomo's writer of NL files needs.
+    """Rewrite complementarity in the form that Pyomo's writer of NL files needs.
 
-    Each face has a free variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0.
+    The program is changed in place. Each yield condition has a free variable z = C(μ) q + c, and a row z ≥ 0
+    that is complementary to the bound p ≥ 0.
     """
     pyo.TransformationFactory("mpec.nl").apply_to(model.program)

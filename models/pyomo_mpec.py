@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoMpec(PyomoMcp):
-    """The least load factor.
+    """MPEC of the least load factor of an exact Coulomb state.
 
         min  λ Σ|f_L|    over the states of :class:`PyomoMcp`
 
@@ -26,7 +26,7 @@ class PyomoMpec(PyomoMcp):
 
 
 class PyomoRelaxed:
-    """Scholtes' relaxation of complementarity, which rewrites an MCP or MPEC in place.
+    """Scholtes' relaxation of complementarity, which changes an MCP or MPEC in place.
 
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
@@ -38,25 +38,25 @@ class PyomoRelaxed:
         self.program = model.program
         self.z = with_slack_variables(model, "mpec.simple_nonlinear")
         self.epsilon = self.program.mpec_bound  #: ε, a parameter
-        #: The rows z p ≤ ε. Only their bound changes between solves.
+        #: Rows z p ≤ ε of all yield conditions. Only the bound ε changes between solves.
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:
-        """Set the variables to a state and to the slacks of its forces."""
+        """Set the initial values of the variables to a state and to the slacks of its forces."""
         self._model.start_from(state)
         put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
 
     def read(self) -> State:
-        """Return the state of the variables' values."""
+        """Return the state given by the values of the variables."""
         return self._model.read()
 
     def products(self) -> np.ndarray:
-        """Return the product z p of each face, shape (faces,)."""
+        """Return the product z p of each yield condition, shape (faces,)."""
         return values(self.z) * values(self.program.p)
 
 
 class PyomoGlobal(PyomoMpec):
-    """The MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each face.
+    """MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each yield condition.
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 

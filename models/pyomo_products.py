@@ -11,8 +11,8 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Masks of the products that have a variable: of the forces of joint i with the rates of joint j, shape (c,
-#: c), and of the forces of joint i with the velocities of block e, shape (c, b).
+#: Two masks of the products that have a variable: forces of joint i times rates of joint j, shape (c, c), and
+#: forces of joint i times velocities of block e, shape (c, b).
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
@@ -50,7 +50,7 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: The variable of each product, by the numbers of its factors of statics and of kinematics.
+        #: Variable of each product, keyed by the index numbers of its static factor and its kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
@@ -68,7 +68,7 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each of the products; it is ≥ 0 if both factors are."""
+        """Declare a variable for each product in a list; its lower bound is 0 if both factors are ≥ 0."""
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -79,7 +79,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare all rows whose products have variables."""
+        """Declare all rows of the relaxation whose products have variables."""
         model = self.program
         factors = self.factors
         one = factors.one
@@ -88,19 +88,19 @@ class PyomoProducts:
         all_forces = [{i: 1.0} for i in factors.forces]
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
-        margins = [  # n̂ − n of each joint with a largest normal force
+        margins = [  # margin n̂ − n of each joint that has a largest normal force n̂
             {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # The products z₁ p₁ of the joints that can slide are zero; other complementary products have no
-        # variable.
+        # The products z₁ p₁ of joints that can slide are zero. Other complementary products are omitted as
+        # variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # If all products of a row of statics with the motion of a joint have variables, the products with
-        # three
-        # of its rates follow from compatibility, and the product with one sliding rate is enough.
+        # Suppose all products of a static row with the velocities at a joint have variables. Then
+        # compatibility implies the products with three of the joint's rates, and only one product, with a
+        # sliding rate, needs a row.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})
@@ -113,11 +113,11 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # for λ₀ = 0 these rows are the bounds of the variables λ v
+        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v replace these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # A product with a variable needs no row, because the row would be the bound of the variable.
+        # A product that has a variable needs no row, because its bound replaces the row.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -129,7 +129,7 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if all products of a row of statics with the motion of a joint have variables.
+        """Return True if all products of a static row with the velocities at a joint have variables.
 
         The joint is that of the given rate.
         """
@@ -138,7 +138,7 @@ class PyomoProducts:
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return the products of pairs of forms as rows = 0, or ≥ ``least`` if it is given."""
+        """Return the constraints that products of linear forms are 0, or ≥ ``least`` if it is given."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)
@@ -146,7 +146,7 @@ class PyomoProducts:
         return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
-        """Yield the product of each pair of forms as a linear expression and a constant.
+        """Yield the product of each pair of linear forms as a linear expression and a constant.
 
         Pairs with a product that has no variable are left out.
         """

@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoStatic:
-    """Static program, eq. (9), as a minimisation.
+    """Static program, eq. (9), declared as a minimisation.
 
         min  −λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    −z = −C(slope) q − c ≤ 0
 
@@ -25,7 +25,7 @@ class PyomoStatic:
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)
 
     def read(self) -> State:
-        """Return the state at the optimum.
+        """Return the state at the optimum of the program.
 
         Velocities and rates are minus the duals of equilibrium and yield.
         """

@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> Iterator[Any]:
-    """Yield each row of ``matrix @ variables`` as a linear expression.
+    """Yield each row of the product ``matrix @ variables`` as a linear expression.
 
     The terms of a row are in the order of the columns. If ``by_joint`` is the number of joints, they are
     sorted by joint instead, with all kinds of force of a joint together. The order of the terms becomes that
@@ -32,29 +32,29 @@ def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> I
 
 
 def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
-    """Return ``coefficients · variables`` as a linear expression without zero terms."""
+    """Return the scalar product ``coefficients · variables`` as an expression without zero terms."""
     return next(rows(sp.csr_array(coefficients[None, :]), variables))
 
 
 def values(variable: pyo.Var) -> np.ndarray:
-    """Return the values of an indexed variable, in order."""
+    """Return the values of an indexed Pyomo variable, in order."""
     return np.array([data.value for data in variable.values()])
 
 
 def duals(constraint: pyo.Constraint) -> np.ndarray:
-    """Return the duals of an indexed constraint, in order."""
+    """Return the dual values of an indexed Pyomo constraint, in order."""
     dual = constraint.model().dual
     return np.array([dual[data] for data in constraint.values()])
 
 
 def put(variable: pyo.Var, numbers: np.ndarray) -> None:
-    """Set an indexed variable to values, in order."""
+    """Set an indexed Pyomo variable to values, in order."""
     for data, number in zip(variable.values(), numbers.tolist(), strict=True):
         data.set_value(number, skip_validation=True)
 
 
 class ShearParameters:
-    """Shear limits as mutable parameters ``slope`` and ``cohesion`` of the k joints that can slide."""
+    """Slope and cohesion of the k joints that can slide, as mutable Pyomo parameters."""
 
     def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
         joints = range(len(limits.slope))
@@ -69,7 +69,7 @@ class ShearParameters:
 
 
 class Statics:
-    """Joint forces q and λ in equilibrium, eq. (1), and the slack z of every face, eq. (4), in a model.
+    """Variables for joint forces q and λ in equilibrium, eq. (1), with the slacks z of eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
@@ -102,12 +102,12 @@ class Statics:
         self.slacks: list[Any] = [z + c for z, c in zip(without_friction, constant, strict=True)]
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return λ and the joint forces, shape (3c,), of the variables' values."""
+        """Return the values of λ and of the joint forces q, shape (3c,)."""
         return float(self.load_factor.value), values(self.q)
 
 
 class Mechanism:
-    """Block velocities d and rates p ≥ 0 of the faces, eqs (2), (5), (6), in a model.
+    """Variables for velocities d and rates p ≥ 0 of yield conditions, eqs (2), (5), (6).
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 
@@ -120,9 +120,9 @@ class Mechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
-        #: Slip of each joint that can slide, in either sense, as an expression.
+        #: Slip of each joint that can slide, summed over its senses of sliding, as an expression.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Energy that the chords of crushing and the limits of forces dissipate.
+        #: Energy dissipated at the chords of crushing and at the limits of limited forces.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

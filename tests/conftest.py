@@ -105,6 +105,16 @@ def certificates(monkeypatch):
 
 
 @pytest.fixture
+def no_proof(monkeypatch):
+    """Leaves the proof that no state is lower out of the default, as on scenes with many joints."""
+    from masonry_opt.methods.coulomb import method
+    from masonry_opt.methods.coulomb.steps import LeastProven
+
+    others = tuple(step for step in method.STEPS if not isinstance(step, LeastProven))
+    monkeypatch.setattr(method, "STEPS", others)
+
+
+@pytest.fixture
 def without(monkeypatch):
     """As where a library is not installed; modules of the package that import it are forgotten."""
 

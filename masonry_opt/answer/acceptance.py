@@ -11,22 +11,24 @@ class Kind(StrEnum):
 
     #: An optimum of eq. (9) or eq. (10).
     ASSOCIATIVE = "associative"
-    #: Answer of the loop of linear programs: exact forces on its mechanism, or else its last sub-problem.
-    #: A sub-problem takes its limits of shear from the normal forces of the sub-problem before. Its yield
-    #: residual is therefore up to a tenth of a block's weight on the walls of Table 1. Joints that slide
-    #: contract by 10⁻³ μ of their slip, which enters the flow residual.
+    #: Answer of the sequence of linear programs (the loop). The answer is exact if forces with exact Coulomb
+    #: friction fit the mechanism of the loop; otherwise the answer is the solution of the last sub-problem.
+    #: Friction limits of a sub-problem are computed from the normal forces of the previous sub-problem. The
+    #: yield residual therefore reaches a tenth of a block's weight on the walls of Table 1. Sliding joints
+    #: contract by 10⁻³ μ times their slip, which adds to the flow residual.
     LOOP = "loop"
-    #: Answer of the paper's loop, stopped by the paper's own rule. Joints that do not slide may exceed yield
-    #: by half of the forces on a block. This violation is limited joint by joint.
+    #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
+    #: violate the yield conditions by half of the largest force on a block. The violation has a limit for
+    #: each joint.
     BARE_LOOP = "bare loop"
-    #: An exact state except for its complementarity: faces that are not at yield move at small rates. The
+    #: A state that is exact except for its complementarity: inactive yield conditions have small rates. The
     #: energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
-    #: Answer of the MPEC: exact except for the complementarity of its last relaxation (about 1e-8 by
-    #: default).
+    #: Answer of the MPEC (mathematical program with equilibrium constraints). The answer is exact except for
+    #: the complementarity that the last relaxation permits (about 1e-8 by default).
     RELAXED = "relaxed"
     #: Answer of the incremental analysis: an exact state, or the last equilibrium of the load history with
-    #: the motion of the collapse. Only the equilibrium must meet limits; the motion is shown.
+    #: the motion of the collapse. Only the forces must meet limits; the motion is shown without a limit.
     INCREMENTAL = "incremental"
     #: A state of forces and a mechanism that meet every condition up to rounding.
     EXACT = "exact"
@@ -34,22 +36,23 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest residuals that an answer may have: those of its certificate, and those block by block."""
+    """Largest residuals that an answer may have, for the whole scene and for each block and joint."""
 
     equilibrium: float  #: limit of the certificate's ``equilibrium``
     yield_: float  #: limit of the certificate's ``yield_``
     flow: float  #: limit of the certificate's ``flow``
     #: Limit of the certificate's ``complementarity``, relative to |λ| or ``SMALLEST``, whichever is larger.
     complementarity: float
-    #: Limit of the work of forces out of balance in units of λ, relative to |λ| or ``SMALLEST``.
+    #: Limit of the work of unbalanced forces in units of λ, relative to |λ| or ``SMALLEST``, whichever is
+    #: larger.
     work: float
-    block: float  #: force out of balance on any one block, relative to the largest force that acts on it
-    #: Violation of the true yield conditions in any one joint. Of the two blocks of the joint, the one that
-    #: carries less gives the unit: the largest force that acts on it.
+    block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
+    #: Limit of the violation of the true yield conditions in a joint. The violation is divided by the largest
+    #: force that acts on a block of the joint; of its two blocks, the less loaded one counts.
     joint: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the limits by the names that residuals have in reports."""
+        """Return the limits in a dictionary, under the names of the residuals in reports."""
         return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
 
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
@@ -60,7 +63,8 @@ class Limits:
         }
 
 
-#: Limits by kind of answer. Published associative load factors agree in four digits.
+#: Limits of the residuals for each kind of answer. The limit 1e-4 of associative answers corresponds to the
+#: four digits to which published load factors agree.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
@@ -71,53 +75,54 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Largest relative difference of load factors with which the answers that ``check`` compares agree.
+#: Largest relative difference at which ``check`` counts two load factors as equal.
 AGREEMENT = 1e-7
 
-#: Largest residual that an answer of ``check`` may have.
+#: Largest residual of an answer that ``check`` accepts.
 DUALITY = 1e-6
 
-#: Largest energy, over |λ|, of faces that move without being at yield, with which the loop's forces and its
-#: mechanism belong together. Above it the loop begins again. The answer must meet ``LIMITS`` as well.
+#: Largest energy of rates at inactive yield conditions, divided by |λ|, at which the loop's forces and
+#: mechanism count as one state. The loop starts again if the energy is larger. The answer must also meet
+#: ``LIMITS``.
 MOST_ENERGY = 1e-3
 
-#: Largest residual with which the state of a sub-problem of the loop verifies its load factor. The answer
-#: must meet ``LIMITS`` as well.
+#: Largest residual at which the state of a sub-problem of the loop verifies the load factor of the
+#: sub-problem. The answer must also meet ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual of an inequality that proves that no load factor exists. The proof then covers all forces
-#: and motions up to a hundred million times the units of the residual: the loads and their work.
+#: Largest residual of an inequality in a proof that no load factor exists. The proof then covers all forces
+#: and motions up to 1e8 times the units of the residual, which are the loads and their work.
 PROOF = 1e-8
 
-#: Relative difference of λ and a lower bound at which the bracket is closed.
+#: Relative difference of λ and its lower bound below which the bracket counts as closed.
 CLOSED = 1e-5
 
-#: Relative distance by which λ may be outside of certified bounds: four digits agree.
+#: Largest relative distance of λ from the interval of its certified bounds. The value corresponds to four
+#: equal digits.
 OUTSIDE = 1e-4
 
-#: Largest excess of a state's forces over the limits below which a bound is valid, relative and in median
-#: block weights.
+#: Largest excess of forces over the limits that a bound assumes, relative to the limit and in median block
+#: weights. A bound counts as valid for a state with a smaller excess.
 BEYOND_LIMITS = 1e-6
 
-#: Largest residual of a point that certifies a bound, in units of the load.
+#: Largest residual, in units of the load, of a point that counts as feasible and so certifies a bound.
 FEASIBLE = 1e-11
 
-#: Largest departure of a mechanism from associative flow, over its power in median block weights, with which
-#: the mechanism shows that a scene falls. No forces whose sum is below a million such weights then prevent
-#: the fall.
+#: Largest departure of a mechanism from associative flow, divided by the mechanism's power in median block
+#: weights, at which the mechanism proves that a scene is unstable. Forces whose sum is below a million median
+#: block weights then cannot prevent the fall.
 DEPARTS = 1e-6
 
-#: Departure of a mechanism from associative flow that is rounding; also a slip or shear that is rounding.
+#: Size below which a departure from associative flow, a slip or a shear counts as rounding.
 ROUNDING = 1e-11
 
-#: Largest energy, in median block weights, by which a margin under dead load may be wrong.
+#: Largest error, as an energy in median block weights, of a margin under dead load.
 MARGIN_ENERGY = 1e-4
 
-#: Smallest size of a load factor in relative differences and residuals. A smaller load factor counts as if it
-#: had this size.
+#: Smallest |λ| by which differences and residuals are divided. A smaller |λ| is replaced by this value.
 SMALLEST = 1e-2
 
 
 def over_load_factor(energy: float, load_factor: float) -> float:
-    """Return an energy in units of λ, such as the certificate's complementarity, as a share of |λ|."""
+    """Return an energy in units of λ divided by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
     return energy / max(abs(load_factor), SMALLEST)

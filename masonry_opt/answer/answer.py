@@ -16,14 +16,14 @@ from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind, over_load_fact
 from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Of, Problem
 
-#: Share of the live load at collapse below which a force does not matter. Residuals of a block are relative
-#: to at least this force, however small the forces on the block are.
+#: Smallest force that matters, as a share of the live load at collapse. Residuals of a block are divided by
+#: at least this force, even if all forces on the block are smaller.
 _SMALLEST_FORCE = 1e-4
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Residuals of a load factor λ, joint forces q and block velocities d; zero is exact.
+    """Residuals of a load factor λ, joint forces q and block velocities d; an exact state has zeros.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Certificate:
     complementarity: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the four residuals by the names used in reports."""
+        """Return the four residuals in a dictionary, under their names in reports."""
         return {name.rstrip("_"): value for name, value in asdict(self).items()}
 
     @property
@@ -61,8 +61,8 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Without this divisor, at μ = 1e6, a slip of 1e-14 (rounding) would count as an energy of 1e-8 of a
-    # force.
+    # Divide rates of sliding by max(1, μ) / max(1, slope). Without this divisor, at μ = 1e6, a slip of 1e-14
+    # (rounding) would count as an energy of 1e-8 of a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -93,7 +93,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return the smaller of the forces that act on the movable blocks of each joint, shape (c,).
+    """Return, for each joint, the largest force on its less loaded movable block, shape (c,).
 
     ``acting`` is the largest force on each block, shape (b,).
     """
@@ -105,18 +105,18 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
-    """Forces and velocities with which a method ended, without a load factor; None if not known."""
+    """Joint forces and block velocities at the end of a method; each is None if it is not known."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
-    #: Opening per unit slip under the flow rule of the velocities, shape (k,).
+    #: Opening per unit slip according to the flow rule of the velocities, shape (k,).
     slope: np.ndarray | None = None
-    forms: Forms = BY_FACES  #: forms of the friction law and the strength law that limit the forces
+    forms: Forms = BY_FACES  #: friction and strength laws that limit the forces
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Answer(Found):
-    """Load factor with its forces and mechanism, and their residuals in every condition.
+    """Load factor with joint forces, mechanism and the residuals of all conditions.
 
     Only :func:`certified` makes answers, so that each state has one certificate.
     """
@@ -124,9 +124,9 @@ class Answer(Found):
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slope: np.ndarray  #: opening per unit slip under the flow rule of the velocities, shape (k,)
+    slope: np.ndarray  #: opening per unit slip of the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
-    residuals: dict[str, float]  #: all residuals that ``Limits`` limit, by the names of their limits
+    residuals: dict[str, float]  #: residuals under the names of their limits in ``Limits``
 
     def failing(self, kind: Kind) -> dict[str, float | None]:
         """Return the residuals that exceed the limits of a kind of answer."""
@@ -138,7 +138,7 @@ class Answer(Found):
         return not self.failing(Kind.EXACT)
 
     def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
-        """Return the state certified under a flow rule (k,) and the laws of a problem.
+        """Return an answer that is certified with a flow rule (k,) and the laws of a problem.
 
         The answer itself is returned if flow rule and laws are its own.
         """
@@ -150,11 +150,12 @@ class Answer(Found):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """Return a state with its certificate under a flow rule, by default the joints' own at these forces.
+    """Return an answer whose certificate is computed for a flow rule, by default the joints' own.
 
-    The parameters are those of :func:`certify`. The certificate is relative to median weights and total
-    loads, in which errors on a very light block do not show. If such a block carries the live load, it alone
-    determines λ. The residuals therefore also measure each block and each joint by its own forces.
+    The parameters are those of :func:`certify`. The joints' own flow rule is evaluated at the forces q.
+    Residuals of the certificate are relative to median weights and total loads, so that they hide errors on a
+    very light block. If a light block carries the live load, this block alone determines λ. The other
+    residuals of the answer are therefore relative to the forces on each block and each joint.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)
@@ -163,7 +164,7 @@ def certified(
     unbalanced_work = float(np.abs(unbalanced * d).sum())
     acting = largest_acting(problem, load_factor, q)
     forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
-    # Moments count as the forces that have these moments at the block's longest arm.
+    # Convert each moment to a force that acts at the block's longest arm.
     moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
     z = problem.slacks(q)
     at_faces = of_lesser_block(problem, acting)[problem.face_joint]
@@ -172,7 +173,8 @@ def certified(
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
-        # The live load does no work if its entries are below the tolerance of the solver.
+        # The live load may do no work if its entries are below the tolerance of the solver; the residual is
+        # then infinite.
         "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
         "block": float(np.maximum(forces, moments).max()),
         "joint": max(violation, beyond_limits, 0.0),
@@ -189,23 +191,23 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Proven statements on load factors λ ≥ 0 at which blocks move under the joints' own flow rule."""
+    """Statements on the existence of a load factor λ ≥ 0 of collapse with the joints' own flow rule."""
 
     NO_MECHANISM = "none exists: no mechanism lets the live load do work"
-    #: The faces that move in a mechanism never come to yield together.
+    #: The joints that move in a mechanism never reach their yield conditions at the same time.
     NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
     UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
     UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
 
     @property
     def proven(self) -> bool:
-        """True if it is proven that no such load factor exists."""
+        """True if the statement proves that no load factor λ ≥ 0 exists."""
         return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
 
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """Proof that no load factor exists, or forces that carry any live load, with residuals; zero is exact.
+    """Proof that no load factor exists, or forces that carry any live load, each with its residuals.
 
     Attributes
     ----------
@@ -216,7 +218,7 @@ class InfeasibilityCertificate:
     clamped: indices of the joints in self-stress, the most stressed first. Indices are those of the problem,
         in a result those of ``Result.joints``. Other forces carry the opposite of the live load, and the sum
         of both is in equilibrium without loads.
-    static_cuts: number of sets of faces that cannot come to yield together.
+    static_cuts: number of sets of faces that cannot all be at yield in one state.
     kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
         they exclude every choice of moving faces.
     cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
@@ -234,7 +236,7 @@ class InfeasibilityCertificate:
     proven = Of[bool]("existence")
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all attributes by the names used in reports, ``proven`` included."""
+        """Return all attributes and ``proven`` in a dictionary, under their names in reports."""
         own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
         return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
 
@@ -242,9 +244,10 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0 for joint forces q (3c,), over Σ|f_L|.
+    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, both divided by Σ|f_L|.
 
-    The faces for which ``still`` (faces,) is true may violate the second condition.
+    The joint forces q have shape (3c,). Faces (yield conditions) for which ``still``
+    (faces,) is true may violate the second condition.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))
@@ -260,12 +263,12 @@ def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> fl
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """Return the residual of the proof that no state with λ ≥ 0 brings some faces to yield together.
+    """Return the residual of the proof that given yield conditions are never active together at λ ≥ 0.
 
-    The faces are those for which ``held`` (faces,) is true. The proof is a motion d (3b,) with rates p
-    (faces,) that meets three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and f_L·d ≥ 0. The residual
-    is the largest violation over the energy f_D·d − c·p that the motion gains. It is infinite if the motion
-    gains no energy.
+    The given yield conditions are the faces for which ``held`` (faces,) is true. The proof is a motion d
+    (3b,) with rates p (faces,) that meets three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and
+    f_L·d ≥ 0. The residual is the largest violation of a condition, divided by the energy f_D·d − c·p that
+    the motion gains. The residual is infinite if the motion gains no energy.
     """
     gain = float(problem.dead @ d - problem.face_cohesion @ p)
     if not gain > 0:

@@ -25,15 +25,15 @@ def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """Return a table of rows, or of columns by name, in which −0.0 is replaced by 0.0."""
-    # Importing pandas takes a quarter of a second, so that only analyses that need a table import it.
+    """Return a table of the rows, or of the named columns, in which −0.0 is replaced by 0.0."""
+    # Pandas is imported here because its import takes a quarter of a second and few analyses need a table.
     import pandas as pd
 
     return unsigned(pd.DataFrame(rows))
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a row for each movable block: its centroid, and its velocities (NaN without a mechanism)."""
+    """Return a table with a row for each movable block: centroid and velocities (NaN if unknown)."""
     problem, shapes = assembly.problem, assembly.geometry
     _, _, d = _known(assembly, solution)
     rotations = problem.moments(d) / problem.length_unit
@@ -47,7 +47,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a row for each joint: its blocks, middle, length, forces and rates.
+    """Return a table with a row for each joint: its blocks, middle, length, forces and rates.
 
     Forces are NaN if none are known, rates without a mechanism. In space the row has the area, the normal,
     the components of the resultant, and the point on which the resultant acts.
@@ -68,7 +68,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """Return a row for each contact point: joint and blocks, forces and rates; None in the plane.
+    """Return a table with a row for each contact point, with forces and rates; None in the plane.
 
     Forces and rates are NaN if they are not known.
     """
@@ -96,7 +96,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
 
 
 def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a row for each step of the method; steps of a load history list the joints that change."""
+    """Return a table with a row for each step; steps of a load history list the joints that change."""
     steps = solution.history
     if not steps or not isinstance(steps[0], LoadStep):
         return framed(list(steps)).drop(columns="solved", errors="ignore")
@@ -114,7 +114,7 @@ def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
-    """Return a row for each load step; it lists the joints that slide or open for the first time."""
+    """Return a table of load steps, with the joints that slide or open for the first time in each."""
     moves = np.stack(joints_that_move(assembly, history.steps), axis=1)
     started = np.zeros_like(moves[0])
     unit, rows = assembly.problem.live_displacement, []
@@ -136,12 +136,12 @@ def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarr
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the components of vectors, shape (rows, 2) or (rows, 3), as columns by prefix and axis."""
+    """Return one column for each axis of vectors, shape (rows, 2) or (rows, 3); names are prefix and axis."""
     return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
 
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
-    """Return vectors at contact points in space, shape (points, 3), from components by kind.
+    """Return vectors at contact points in space, shape (points, 3), from normal and shear components.
 
     The components are forces on the first block, or motions of the first block relative to the second.
     """
@@ -198,7 +198,7 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
-    """Return the utilisation of each of the problem's joints, shape (c,): force over limit.
+    """Return the utilisation of each joint of the problem, shape (c,): a force divided by its limit.
 
     Utilisation is the largest of three ratios, and NaN if the joint carries no force:
 
@@ -209,12 +209,13 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     problem, has_length = assembly.problem, assembly.joints.extent[assembly.joint] > 0
     points, n = problem.at_points(q), problem.normal_forces(q)
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
-    # The two points of a corner on an edge coincide, so that the joint has no moment.
+    # If a corner rests on an edge, both contact points of the joint coincide and the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
-    # Smaller forces are rounding, and no limit counts as smaller.
+    # Forces below this value are rounding. A limit below this value is replaced by the value.
     rounding = IDLE * (np.abs(n).max() or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Largest moment, as the difference of the normal forces at both points.
+    # Largest moment that a joint can carry, expressed as the difference of the normal forces at its two
+    # points.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(largest, rounding)
@@ -226,7 +227,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a row for each limited force of some roles; NaN if forces or mechanism are not known."""
+    """Return a table of the limited forces (such as ties) with some roles; unknown values are NaN."""
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]
@@ -235,11 +236,12 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
-    # A force at its limit differs from the limit by the tolerance of the solver, a share of all forces.
+    # A solver meets a force limit only to its tolerance, which is relative to the forces of the scene.
+    # Smaller differences count as rounding.
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
-    # The forces are NaN for a scene that falls; the negated comparison is then true.
+    # Forces of an unstable scene are NaN. The negated comparison is true for NaN, so that its ties can yield.
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
     yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {
@@ -250,7 +252,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
         "force": np.where(yields & (np.abs(highest - T) <= rounding), highest, T),
         "lowest": lowest,
         "highest": highest,
-        # A force does work as the tie shortens or the prop lengthens.
+        # The rate ``closing`` is positive if a tie shortens or a prop lengthens.
         "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
         "yields": yields,
     }

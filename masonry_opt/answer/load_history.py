@@ -15,10 +15,11 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    displacement: float  #: work of the live load over Σ|f_L|, in elastic displacements
-    is_jump: bool  #: True if the blocks came to rest after a damped motion
-    sliding: np.ndarray  #: contacts that press and are at their friction limit, shape (c,)
-    open: np.ndarray  #: contacts without normal force, in the plane joints with a free end, shape (c,)
+    displacement: float  #: work of the live load / Σ|f_L|, in units of the elastic displacement
+    is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
+    sliding: np.ndarray  #: True for contacts that press and are at their friction limit, shape (c,)
+    #: True for contacts without normal force (in the plane: joints with an open end), shape (c,).
+    open: np.ndarray
     d: np.ndarray  #: displacements of the blocks since the dead load, shape (3b,)
     forces: np.ndarray  #: joint forces in the problem's order, shape (3c + t,)
 
@@ -39,7 +40,7 @@ class LoadHistory:
 
     @cached_property
     def displacements(self) -> np.ndarray:
-        """Displacements of the live load, in elastic displacements, shape (steps,)."""
+        """Displacement of the live load at each step, in elastic displacements, shape (steps,)."""
         return np.array([step.displacement for step in self.steps])
 
     @property

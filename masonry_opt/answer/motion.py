@@ -18,10 +18,10 @@ class JointMotion:
     """Kinds of motion of the joints in a mechanism."""
 
     slides: np.ndarray  #: True if a joint slips while it touches and does not crush, shape (joints,)
-    #: True if a joint opens about one edge, in space about the points that touch, shape (joints,).
+    #: True if a joint opens about one edge (in space, about the points that still touch), shape (joints,).
     hinges: np.ndarray
-    #: Point about which the joint hinges: an edge or a corner, in space the mean of the points that touch.
-    #: The shape is (joints, 2), in space (joints, 3).
+    #: Point about which the joint hinges: an edge or a corner (in space, the mean of the points that touch).
+    #: The shape is (joints, 2), or (joints, 3) in space.
     hinge: np.ndarray
     separates: np.ndarray  #: True if a joint opens along its whole length, or at all points, shape (joints,)
     crushes: np.ndarray  #: True if a joint of limited strength closes at an edge, shape (joints,)
@@ -39,11 +39,12 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # The mechanism of a scene that falls under its dead load has associative flow.
+    # If a scene is unstable under its dead load, its mechanism has associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
-    # With friction by a polygon, a point that slides between two senses opens by less than with the cone.
+    # If a polygon approximates the friction cone, a point that slides between two directions of the polygon
+    # opens by less than with the cone.
     rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
@@ -54,7 +55,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
-    # A joint without extent turns as if it had the usual length.
+    # The opening of a joint without extent, such as a corner on an edge, is computed for the unit length.
     turned = relative_rotation(assembly, solution.d)
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
@@ -78,9 +79,10 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return which joints slide, and which are open, after each load step, shape (steps, joints) each.
+    """Return the joints that slide and the joints that are open, each of shape (steps, joints).
 
-    In space a joint slides if one of its contacts does, and is open if one of its contacts is.
+    An entry is True if the joint slides, or is open, at the end of the load step. In space, a joint slides or
+    is open if at least one of its contacts does so.
     """
     sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
     are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
@@ -144,7 +146,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if the blocks that move in a mechanism (3b,) carry no load at a load factor below zero.
+    """Return True if λ is negative and the blocks that move in a mechanism (3b,) carry no net load.
 
     A live load along a block's weight cancels the weight at some negative load factor. There the block can
     move, whatever carries it, so that the mechanism is no collapse.

@@ -20,22 +20,25 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.rank import solve_independent
 
-#: Slack over the largest force below which a condition may be at yield. A larger value proves less.
+#: Slack, relative to the largest force, below which a yield condition may be active. A larger value makes
+#: fewer proofs succeed.
 _MAY_YIELD = 1e-6
 
-#: Slack over the largest force above which a condition is not at yield. A larger value proves less.
+#: Slack, relative to the largest force, above which a yield condition is inactive. A larger value makes fewer
+#: proofs succeed.
 _HAS_SLACK = 1e-4
 
-#: Force over the largest force below which a force is rounding. A smaller value proves less, as rounding then
-#: counts as a force.
+#: Force, relative to the largest force, below which a force is rounding. A smaller value makes fewer proofs
+#: succeed, because rounding then counts as a force.
 _NO_FORCE = 1e-9
 
-#: Force out of balance over the largest force that is rounding. A smaller value proves less.
+#: Unbalanced force, relative to the largest force, that counts as rounding. A smaller value makes fewer
+#: proofs succeed.
 _BALANCED = 1e-8
 
 
 def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
-    """Return True if it is proven that loads drive no collapse at another load factor above zero.
+    """Return True if it is proven that the scene collapses at no other load factor above zero.
 
     The proof does not use the known collapse state at this load factor.
     """

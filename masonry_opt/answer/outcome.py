@@ -10,6 +10,7 @@ import numpy as np
 from masonry_opt.answer import frames
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Certificate, InfeasibilityCertificate
+from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Reason, Status, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: Present names of attributes of a result, by the names that they had in former versions.
+#: Former names of a result's attributes, each with its present name.
 _FORMER_NAMES = {
     "expected": "incremental",
     "at_expected": "at_incremental",
@@ -36,16 +37,16 @@ class Size:
 
     blocks: int  #: number b of movable blocks
     joints: int  #: number of joints, in the plane c
-    rows: int | None  #: rows of the linear program as the solver received it; None if none was built
-    columns: int | None  #: columns of this program; None if none was built
-    nonzeros: int | None  #: nonzero coefficients of this program; None if none was built
+    rows: int | None  #: rows of the linear program, as passed to the solver; None if none was built
+    columns: int | None  #: columns of the linear program; None if none was built
+    nonzeros: int | None  #: nonzero coefficients of the linear program; None if none was built
     left_out: tuple[str, ...] = ()  #: parts of the scene that were not modelled, each with its reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Outcome:
-    """Answer to the question at what load the masonry collapses, with residuals.
+    """Result of an analysis: load factor, joint forces, mechanism and residuals.
 
     Tables are made when they are first read. :class:`~masonry_opt.Result` adds words, pictures and files.
 
@@ -53,10 +54,10 @@ class Outcome:
     ----------
     case: case file or title of the scene.
     load_case: name of the load case; None if the scene has no load cases.
-    method: name of the method that was asked for.
+    method: name of the requested method.
     model: language that declared the program; "matrices" if no language did, as in an incremental analysis.
-    solver: name of the solver that was asked for, or of the method's own solver. If another language declared
-        the program, its solver is named.
+    solver: name of the requested solver, or of the method's own solver. If another language declared the
+        program, its solver is named.
     status: end of the analysis.
     reasons: reasons for the status, as codes with their values.
     usable: True if there is a load factor.
@@ -75,17 +76,20 @@ class Outcome:
         state is not exact.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
         history in which the live load is raised from rest, with elastic contacts. None if the history
-        has no collapse, if it was not asked for, and for methods with associative flow.
+        has no collapse, if it is switched off, and for methods with associative flow.
     end: load factor at the end of the load history, in which the blocks move on; None if the history was not
         followed to its end.
-    incremental_reasons: codes for the end of the load history, or for the lack of an incremental load factor.
+    incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
     at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
-        None if it was not asked for.
+        None if the incremental load factor is switched off.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
-    bound: lower bound of λ by method "global". The bound is valid below limits of rates and forces, which
-        ``reasons`` state. None for other methods.
+    bound: lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies. It is that of ``proof``, or
+        by method "global"; the latter may be valid only below limits of rates and forces, which ``reasons``
+        state. None without a bound.
+    proof: proof by conflicts that no state is lower, see :func:`~masonry_opt.check_proof`. It needs no limits
+        of rates and forces. None without a proof.
     seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
@@ -116,6 +120,7 @@ class Outcome:
     flow_rule_matters = Of[bool]("solution")
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
+    proof = Of[Proof | None]("solution")
     end = Of[float | None]("solution")
     incremental = Of[float | None]("solution", "incremental_value")
     associative = Of[float | None]("solution", "associative_value")
@@ -163,7 +168,7 @@ class Outcome:
 
     @cached_property
     def contacts(self) -> "pd.DataFrame | None":
-        """Table with one row for each contact point of a scene in space, by joint; None in the plane.
+        """Table with one row for each contact point in space, in the order of the joints; None in the plane.
 
         - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
         - ``x``, ``y``, ``z``: the point.
@@ -230,7 +235,7 @@ class Outcome:
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
-        """Load–displacement curve of the load history; None unless method "incremental" was asked for it.
+        """Load–displacement curve of the load history; None unless option ``curve`` requested it.
 
         The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
         equilibrium:
@@ -239,9 +244,8 @@ class Outcome:
         - ``displacement``: displacement of the live load since the dead load, its work over its forces. The
           unit is the closing of a joint of mean length under the mean contact force of the dead load.
         - ``jump``: True if the blocks came to rest after a damped motion.
-        - ``sliding``, ``opening``: numbers of joints that slide under pressure, and that are open at an edge
-        or
-          wholly.
+        - ``sliding``, ``opening``: numbers of joints that slide under pressure, and that are open at an
+          edge or wholly.
         - ``starts_sliding``, ``starts_opening``: names of the two blocks of each joint that slides, or opens,
           for the first time. In the first row the joint does so under the dead load alone.
         """
@@ -273,7 +277,7 @@ class Outcome:
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        """Proven statement on the existence of a load factor; None with a load factor or without a statement.
+        """Statement on the existence of a load factor, with residuals; None if a load factor is known.
 
         Its ``clamped`` joints are rows of ``joints``.
         """
@@ -285,12 +289,12 @@ class Outcome:
 
     @property
     def incremental_reasons(self) -> tuple[Reason, ...]:
-        """Codes for the end of the load history, or for the lack of an incremental load factor."""
+        """Reasons why the load history ended, or why there is no incremental load factor."""
         return self.at_incremental.reasons if self.at_incremental else ()
 
     @cached_property
     def at_incremental(self) -> Self | None:
-        """Result at the incremental collapse; None if the incremental load factor was not asked for."""
+        """Result at the incremental collapse; None if the incremental load factor is switched off."""
         if self.kind is Kind.INCREMENTAL:
             return self
         solution = self.solution.incremental
@@ -332,17 +336,17 @@ class Outcome:
 
     @property
     def range(self) -> tuple[float | None, float | None]:
-        """Bounds of the least load factor under the joints' own flow rule, each None if it is not known.
+        """Lower and upper bound of the least load factor with the joints' own flow rule; None if unknown.
 
-        The lower bound is one that is proven without assumptions. The upper bound is λ if it is exact, else
-        the associative load factor.
+        The lower bound is proven without assumptions. The upper bound is λ if λ is exact, else the
+        associative load factor.
         """
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
 
     @property
     def crushing(self) -> str:
-        """Form of the strength law: the "parabola", or "chords" inside it; "" if no strength is limited.
+        """Strength law of the answer: "parabola", or "chords" inside the parabola; "" without a strength.
 
         With chords moments are up to 0.65 % smaller.
         """
@@ -350,7 +354,7 @@ class Outcome:
 
     @property
     def friction_law(self) -> str:
-        """Form of the friction law in space: the "cone", or a "polygon of P sides" inside the cone.
+        """Friction law of the answer in space: "cone", or "polygon of P sides" inside the cone.
 
         The polygon has at least cos(π/P) of the cone's friction. The value is "" in the plane, if friction is
         unlimited, and if there are neither forces nor velocities.
@@ -361,12 +365,12 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem with the forms of the laws that limit the solution's forces."""
+        """Problem with the friction and strength laws that limit the solution's forces."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property
     def tilt_angle(self) -> float | None:
-        """Tilt of the ground at which the scene falls, atan λ in degrees; None if no ground is tilted."""
+        """Tilt of the ground at collapse, atan λ in degrees; None if the scene has no tilted ground."""
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))

@@ -38,7 +38,7 @@ def load_columns(assembly: Assembly) -> Columns:
 
 
 def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
-    """Return the limits of each joint, in space of each contact point, and its flow rule.
+    """Return the limits and the flow rule of each joint, or of each contact point in space.
 
     ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
     ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength).
@@ -63,10 +63,11 @@ def normal_columns(assembly: Assembly) -> Columns:
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return the point on its first block, and the direction, of each limited force of some roles.
+    """Return the point of application and the direction of limited forces (such as ties) with some roles.
 
-    ``ux``, ``uy`` (``uz``) is the force on the first block per unit of force. The second block of a tie or
-    prop carries the opposite force on the same line.
+    The point is on the first block of the limited force. ``ux``, ``uy`` (``uz``) is the force on this block
+    per unit of the limited force. The second block of a tie or prop carries the opposite force on the same
+    line.
     """
     actions = [force.actions[0] for force in assembly.limited if force.role in roles]
     points = [action.point + assembly.geometry.origin for action in actions]

@@ -23,16 +23,17 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
-#: Distance of a group of blocks from all other blocks, over the larger of both sizes, above which the group
-#: is far away.
+#: Distance of a group of blocks from all other blocks above which the group is far away. The distance is
+#: relative to the larger of two sizes: of the group, and of all other blocks together.
 _FAR = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which their units perhaps differ. N and kN differ by
-#: a factor of a thousand, stone and timber by five. A larger value misses mistakes in some materials.
+#: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
+#: a factor of a thousand; stone and timber differ by a factor of five. A larger value misses mistakes in some
+#: materials.
 _OTHER_UNITS = 300.0
 
-#: Ratio of a block's weight to a dead force on the block above which the force has no effect. A live force
-#: may be smaller: often it is a unit force.
+#: Ratio of a block's weight to a dead force on the block above which the force is too small to matter. Small
+#: live forces cause no warning, because a live force is often a unit force.
 _NO_FORCE = 3000.0
 
 #: Distance by which a force may act outside of its block because of rounding. The distance is relative to the
@@ -83,7 +84,7 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names the supports without function, if there are any.
+    """Return a warning that names supports without function; return no warning if all have one.
 
     A support has a function if it has a joint to a movable block, carries fill, or is an end of a tie or
     prop.
@@ -97,7 +98,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names the joints with supports in which only self-stress causes friction."""
+    """Return a warning that names joints at supports that transfer friction only because of self-stress."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -108,7 +109,7 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 
 
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
-    """Return a warning that names pairs of blocks across small gaps, the widest gap first.
+    """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
 
     The warning also names a tolerance that closes all gaps and aligns the joints in warnings about wedges.
     """
@@ -123,9 +124,9 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about blocks that meet without a normal, and about solids with inconsistent faces.
+    """Yield warnings about blocks that touch without a common normal, and about inconsistent solids.
 
-    Some faces of such a solid have their vertices in one sense, and the other faces in the opposite sense.
+    The vertices of an inconsistent solid are clockwise in some of its faces and counter-clockwise in others.
     """
     meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
     if meeting:
@@ -136,7 +137,7 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names pressed corners on edges, in the plane, of joints with a strength.
+    """Return a warning that names corners, in the plane, that press on edges of limited strength.
 
     The strength does not limit the normal force on a corner, which has no area.
     """
@@ -183,8 +184,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # Bounds of the box around all other groups: the least bounds, or the second least if the group itself has
-    # the least bound.
+    # Bounds of the box around all other groups. Each bound is the least value of all groups, or the second
+    # least value if the least value belongs to the group itself.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
@@ -225,7 +226,7 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Return warnings about unit weights, and ratios of forces to weights, that suggest different units."""
+    """Return warnings about unit weights and force-to-weight ratios that suggest a mix of units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
     density = _unit_weights(assembly)
@@ -242,7 +243,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
     # other blocks. Such a force is compared with the median weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
-    # Forces of fill are subtracted: the user gave no such force, and fill may be thin.
+    # The weight and the forces of fill are subtracted, so that only forces from the user are checked.
     of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
     dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
@@ -254,19 +255,19 @@ def _weights(assembly: Assembly) -> list[Reason]:
 
 
 def _unit_weights(assembly: Assembly) -> np.ndarray:
-    """Return the weight of each movable block per area, or volume, shape (b,)."""
+    """Return the weight of each movable block divided by its area or volume, shape (b,)."""
     scene, movable = assembly.scene, assembly.movable
     size = assembly.geometry.size[movable] * scene.thickness
     return weights(scene, assembly.geometry, movable) / size
 
 
 def _lower_median(values: np.ndarray) -> float:
-    """Return the median of values; of an even number of values the lower one of the two in the middle."""
+    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
     return float(np.quantile(values, 0.5, method="lower"))
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unit weights of fills and backings that suggest another unit than the blocks'.
+    """Yield warnings about unit weights of fills and backings that suggest a unit other than the blocks'.
 
     If all blocks are weightless, a backing is compared with its fill.
     """
@@ -283,7 +284,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _strengths(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about strengths and prestresses of ties and props that suggest another unit."""
+    """Yield warnings about strengths and prestresses of ties and props that suggest a wrong unit."""
     problem = assembly.problem
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():

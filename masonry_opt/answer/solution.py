@@ -8,7 +8,8 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
-from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
+from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
@@ -16,17 +17,18 @@ from masonry_opt.solvers.registry import LpSize, Solver
 
 @dataclass(frozen=True)
 class LogEntry:
-    """Record of one step of a method that is a list of steps."""
+    """Log entry of one step of a method that consists of several steps."""
 
     step: str  #: name of the step
     load_factor: float | None  #: lowest load factor known after the step
     exact_states: int  #: number of different exact states known after the step
     seconds: float  #: duration of the step
+    note: str = ""  #: further result of the step in words
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """End of an analysis, with its answer, in the problem's dimensionless units."""
+    """Outcome of a method: status, answer and reasons, in the problem's dimensionless units."""
 
     status: Status  #: end of the analysis
     kind: Kind  #: kind of answer, which decides the limits of its residuals
@@ -36,34 +38,37 @@ class Solution:
     flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
     exact_end: bool = False  #: True if the loop ended with forces that obey the true law exactly
     history: tuple[Any, ...] = ()  #: one record for each step of the method
-    #: True if no mechanism that was tried at yield lowers λ; None if not known.
+    #: True if no mechanism that was tried in the search lowers λ; None if not known.
     stationary: bool | None = None
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
-    #: Status of a program that was solved only for the associative load factor.
+    #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
     #: Solution of method "incremental", or the reason for which the method was not run. None if the
     #: incremental load factor is switched off, or if the scene falls under its dead load.
     incremental: "Solution | None" = None
-    bound: float | None = None  #: lower bound of λ, of method "global"; the reasons list its assumptions
+    #: Lower bound of λ, of a proof or of method "global"; the reasons list its assumptions.
+    bound: float | None = None
     bound_derived: bool = False  #: True if the bound assumes nothing
-    #: Number of starts of the search for exact states; None for methods that do not look for several states.
+    proof: Proof | None = None  #: proof by conflicts that no state is lower; None without such a proof
+    #: Number of starts of the search for exact states; None for methods without a search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from these starts
-    #: Load factor, zero or below, of an exact state other than the answer; infinite without such a state.
+    #: Load factor (zero or negative) of an exact state other than the answer; infinite without such a state.
     below_zero: float = inf
-    #: True if no other load factor above zero can be one of collapse, as equilibrium alone fixes all forces.
+    #: True if no other load factor above zero can cause collapse, because equilibrium alone determines all
+    #: forces.
     is_only_state: bool = False
     interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
-    #: True if the answer is an exact state in which the blocks move on after the load history.
+    #: True if the answer is the exact state in which the load history ended and the blocks continue to move.
     followed_to_end: bool = False
-    #: Largest load factor of the load history, if the blocks move on under a lower one; else None.
+    #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.
     peak: float | None = None
-    infeasibility: InfeasibilityCertificate | None = None  #: proof that no λ exists, if one was tried
+    #: Proof that no λ exists, or an undecided attempt; None without an attempt.
+    infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None  #: size of the linear program
-    load_history: LoadHistory | None = None  #: load steps of the incremental analysis
-    tells_curve: bool = False  #: True if the load–displacement curve was asked for
-    log: tuple[LogEntry, ...] = ()  #: records of the steps, for methods that are a list of steps
-    #: Solver of the method that made the solution; that method may have been called by another method.
+    tells_curve: bool = False  #: True if the user requested the load–displacement curve
+    log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
+    #: Solver of the method that computed the solution; another method may have called that method.
     solver: Solver | None = None
 
     q = Of[np.ndarray | None]("found")
@@ -73,6 +78,13 @@ class Solution:
     def answer(self) -> Answer | None:
         """State with a load factor and its certificate; None if there is no load factor."""
         return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_history(self) -> LoadHistory | None:
+        """Load steps of the method as a load history; None if its steps are of another kind."""
+        if not self.history or not isinstance(self.history[0], LoadStep):
+            return None
+        return LoadHistory(self.history)
 
     @property
     def load_factor(self) -> float | None:
@@ -89,12 +101,12 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis: this one, or ``incremental``; None if there is neither."""
+        """Solution of the incremental analysis (``self`` or ``incremental``); None if it does not exist."""
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if it was not computed or has no end."""
+        """Largest load factor of the load history; None if not computed, or if the history has no end."""
         state = self.at_incremental
         if state is None:
             return None
@@ -107,11 +119,11 @@ class Solution:
         return state.load_factor if state and state.followed_to_end else None
 
     def has(self, code: Code) -> bool:
-        """Return True if one of the reasons has a code."""
+        """Return True if one of the reasons has the given code."""
         return any(each.code is code for each in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
-        """Return the values of the reason with a code; empty if the solution has no such reason."""
+        """Return the values of the reason with the given code; empty if no reason has this code."""
         return next((each.values for each in self.reasons if each.code is code), {})
 
     @property
@@ -142,7 +154,7 @@ class Solution:
         return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy with a status and its only reason, without the facts that other reasons state."""
+        """Return a copy with a new status and one reason; fields about the former answer are reset."""
         return replace(
             self,
             status=status,
@@ -157,15 +169,15 @@ class Solution:
         )
 
     def telling(self, *more: Reason) -> Self:
-        """Return a copy with more reasons at the end."""
+        """Return a copy with further reasons appended."""
         return replace(self, reasons=(*self.reasons, *more))
 
     def telling_first(self, why: Reason) -> Self:
-        """Return a copy with a reason before all other reasons."""
+        """Return a copy with a reason placed before all other reasons."""
         return replace(self, reasons=(why, *self.reasons))
 
     def withdrawn(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy without an answer, with a status and the only reason for the withdrawal.
+        """Return a copy without an answer; the status and the reason explain the withdrawal.
 
         Forces and velocities stay, without their load factor.
         """
@@ -179,7 +191,7 @@ class Solution:
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:
-        """Return the solution, without its answer if residuals of the answer exceed their limits."""
+        """Return the solution; its answer is removed if residuals of the answer exceed their limits."""
         failing = self.failing()
         if failing:
             return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

@@ -17,41 +17,48 @@ SLIDES = MOVES
 #: Opening of an edge by rotation, over the speed of the fastest corner, above which the joint hinges.
 HINGES = MOVES
 
-#: Opening of the edge that opens less, over the speed of the fastest corner, above which the joint separates.
+#: Opening of a joint's edge that opens less than the other, over the speed of the fastest corner, above which
+#: the joint separates.
 SEPARATES = MOVES
 
 #: Closing of an edge, over the speed of the fastest corner, above which a joint of limited strength crushes.
 CRUSHES = MOVES
 
-#: Share of its highest value above which a limited force yields, if its points move on in the mechanism.
+#: Share of its highest value above which a limited force (such as the force of a tie) yields, if its end
+#: points move apart, or together, in the mechanism.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of bounded velocities, in median block weights, below which no load drives them. Solvers return up to
-#: 1e-9 for zero.
+#: Power of the loads at velocities of bounded size, in median block weights, below which no load drives the
+#: velocities. Solvers return up to 1e-9 for a power of zero.
 DRIVES = 1e-7
 
 #: Share of the scene's largest normal force below which a joint carries no force.
 IDLE = 1e-6
 
-#: Share of the largest value above which a joint is named in a message. For joints that lock the value is the
-#: departure from associative flow, for joints that clamp the normal force.
+#: Share of the largest value above which a joint is named in a message. The value is the departure from
+#: associative flow for joints that lock, and the normal force for joints that clamp.
 NAMED = 1e-2
 
 #: Relative difference below which two load factors are equal. Answers of different methods to one state
 #: differ by up to 2e-8 on the case files; different states differ by 8e-4 and more.
 SAME = 1e-6
 
-#: Relative difference above which a load factor is lower than another: the residual of exact states.
+#: Relative difference above which one load factor is lower than another. The value is the residual limit of
+#: exact states.
 LOWER = 1e-8
 
 #: Size up to which a load factor counts as zero.
 ZERO = 1e-6
 
+#: Number of starts below which equal load factors are reported as little evidence.
+FEW_STARTS = 8
+
 #: Work of the live load over that of the dead load above which a mechanism is reported to move against the
 #: live load.
 APART = 1e-2
 
-#: Share of the largest load factor by which the ends of a narrow interval differ if the load factor jumps.
+#: Smallest jump of the load factor within a narrow interval, as a share of the largest load factor. A smaller
+#: difference between the ends of the interval does not count as a jump.
 JUMP = 1e-3
 
 

@@ -36,7 +36,7 @@ _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Yield warnings where joints that slide without lifting are nearly parallel, or were made parallel."""
+    """Yield warnings about sliding joints that are nearly parallel, or that alignment made parallel."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
@@ -54,7 +54,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # Error in the position of a corner that rotates the shorter of the two joints by the angle between them.
+    # Error in the position of a corner that is needed to turn the shorter of the two joints by the angle
+    # between them.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
@@ -63,7 +64,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
-    """Return True for each joint that can slide and opens by less than its friction as it does."""
+    """Return True for each joint that can slide and whose dilatancy is smaller than its friction."""
     problem = assembly.problem
     able = np.zeros(problem.joints, dtype=bool)
     able[problem.sliding] = problem.dilatancy < problem.friction

@@ -4,7 +4,7 @@ import sys
 
 
 def main() -> None:
-    """Import the command line, which takes some time, and run it."""
+    """Run the command line, which is imported here because the import is slow."""
     try:
         from masonry_opt.cli.app import main as run
     except KeyboardInterrupt:

@@ -15,45 +15,45 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.words.terminal import print_text, results_alone
 
-#: Modules of commands, loaded when a command is called. Other commands are in the module of their name.
+#: Modules of commands that are not in a module of their own name; a module is loaded when its command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
 
-#: Help of each command, in the order of the list of commands.
+#: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
-    "solve": "Find the load factor at which CASE collapses, of all its load cases unless one is named.",
+    "solve": "Find the load factor at which CASE collapses, for all its load cases or for a named one.",
     "check": "Cross-check the static and kinematic formulations, and CVXPY against Pyomo.",
-    "draw": "Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.",
-    "export": "Write the program that a method declares for CASE to FILE, for other solvers; or solids, for "
-    "others.",
+    "draw": "Draw CASE to FILE without solving it: blocks, supports, joints, small gaps, loads.",
+    "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "
+    "programs.",
     "capacity": "Follow the mechanism of CASE after the onset of collapse, down to λ = 0.",
-    "convert": "Make a case file of a drawing: blocks, supports, friction, weights, live loads.",
-    "compare": "Time methods and solvers on scenes, judge their answers, write tables, charts and a report.",
+    "convert": "Make a case file from a drawing: blocks, supports, friction, weights, live loads.",
+    "compare": "Time methods and solvers on scenes, check their answers, write tables, charts and a report.",
     "directions": "Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.",
-    "crossing": "Move the axles of CASE over its road: the load factor by position, and the worst.",
-    "least": "Find the least value of a number of CASE at which it stands, or carries a load.",
-    "report": "Write one page for the file: CASE solved, its inputs, what was checked and what was not.",
-    "reproduce": "Rebuild results of the paper from the case files (cases/ here, or else the package's own).",
+    "crossing": "Move the axles of CASE over its road, and find the position with the least load factor.",
+    "least": "Find the least value of a number of CASE at which CASE is stable, or carries a load.",
+    "report": "Write one page on CASE: its inputs, its results, and checks made and not made.",
+    "reproduce": "Recompute results of the paper from the case files in cases/, or else in the package.",
     "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which "
-    "it stands.",
+    "CASE is stable.",
     "sweep": "Solve CASE for every combination of values of its numbers, or for values drawn from "
     "distributions.",
 }
 
-#: Present names of options, by the names that they had in former versions.
+#: Current names of renamed options, by their former names.
 FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremental"}
 
 
 class _Commands(TyperGroup):
-    """Group of commands whose modules are loaded only when a command is called."""
+    """Group of commands; the module of a command is loaded only when the command is called."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
         self.commands = {name: TyperCommand(name, help=does) for name, does in COMMANDS.items()}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return name, loaded command and remaining arguments.
+        """Return the name of a command, the loaded command, and the remaining arguments.
 
         Raises OptionError if an option has the name that it had in former versions.
         """
@@ -72,7 +72,7 @@ def load(name: str) -> Any:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))
     command.help = f"{COMMANDS[name]}\n\n{command.help}"
-    # Anything that a command prints without print_text or print_result goes to standard error.
+    # Output that a command prints without print_text or print_result goes to standard error.
     command.invoke = results_alone()(command.invoke)
     return command
 
@@ -89,18 +89,18 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line; every foreseeable error ends with one message and an exit code."""
+    """Run the command line; every foreseeable error leads to one message and an exit code."""
     if sys.stdout is None:  # the caller has closed it
-        _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
+        _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():
         _run()
 
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Write results to a file descriptor of their own within a context.
+    """Write results to a separate file descriptor within a context.
 
-    Libraries that write to descriptor 1 then write to standard error.
+    Libraries that write to file descriptor 1 then write to standard error.
     """
     standard_output = sys.__stdout__
     if standard_output is None or standard_output is not sys.stdout:  # a test has replaced it
@@ -127,24 +127,24 @@ def _run() -> None:
     except OSError as error:
         _end(f"the output cannot be written: {error.strerror}", OutputError.exit_code)
     except MemoryError:
-        _end("the scene does not fit in memory: split it", MasonryError.exit_code)
+        _end("the scene does not fit in memory: split it into smaller scenes", MasonryError.exit_code)
     except KeyboardInterrupt:
         _end("interrupted", InterruptedByUserError.exit_code)
     except SystemExit as end:
-        if end.code == InterruptedByUserError.exit_code:  # typer turns Ctrl-C in a command into this code
-            _end("interrupted: files already written are whole", InterruptedByUserError.exit_code)
+        if end.code == InterruptedByUserError.exit_code:  # Typer exits with this code after Ctrl-C
+            _end("interrupted: files already written are complete", InterruptedByUserError.exit_code)
         raise
 
 
 def _escape_unencodable() -> None:
-    """Write characters that a stream cannot encode, such as foreign bytes of a file's name, as escapes."""
+    """Let output streams write characters that they cannot encode as escape sequences."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
 def _run_and_flush() -> None:
-    """Run the app, and flush standard output before it exits, so that errors of writing are raised."""
+    """Run the app, and flush standard output before it exits, so that write errors are raised."""
     try:
         app()
     except SystemExit:
@@ -153,7 +153,7 @@ def _run_and_flush() -> None:
 
 
 def _end(message: str | None, code: int) -> NoReturn:
-    """Print a message, if any, on standard error, and exit with a code."""
+    """Print a message, if given, on standard error, and exit with an exit code."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)
@@ -161,6 +161,6 @@ def _end(message: str | None, code: int) -> NoReturn:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError:
-        # Python flushes again as it ends: output that cannot be written is discarded.
+        # Python flushes standard output again when it exits; the null device prevents a second error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

@@ -27,19 +27,19 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, left_by, print_text, print_warnings
+from masonry_opt.words.terminal import changing_line, print_text, print_warnings, residuals_of_step
 
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Names of parameters that become no option, because every command defines its own argument for them.
+#: Names of parameters that do not become options, because every command defines an argument for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
-#: Types of options by annotation; others are text.
+#: Types of options by the annotation of their parameter; all other options are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """Return a function that parses text by ``read``, and raises OptionError if ``read`` raises ValueError.
+    """Return a function that parses text with ``read``, but raises OptionError instead of ValueError.
 
     ``refusal`` is the message of the error; the text takes the place of its braces.
     """
@@ -54,7 +54,7 @@ def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
 
 
 def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
-    """Return a function that parses numbers separated by commas; see ``reader``."""
+    """Return a function that parses numbers separated by commas, and raises OptionError for other text."""
     return reader(lambda text: tuple(map(float, text.split(","))), refusal)
 
 
@@ -69,32 +69,32 @@ _VIEW = "View of solids: azimuth and elevation of the eye, in degrees."
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
-#: Options, and an argument, for parameters that have one meaning in all functions.
+#: Command-line options for parameters that have the same meaning in all functions.
 _SHARED: dict[str, Any] = {
     "case": typer.Argument(help="Case file (.toml or .json).", show_default=False),
     "json": typer.Option("--json", help="Print one JSON object."),
     "plot": typer.Option(metavar="FILE", help=_DRAW.format(", .html")),
     "table": typer.Option("--table", help="Print every state or position too."),
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
-    "load_case": typer.Option(metavar="NAME", help="The load case of CASE, where it has any."),
-    "options": typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+    "load_case": typer.Option(metavar="NAME", help="Load case of CASE, if CASE has load cases."),
+    "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
-    "force": typer.Option("--force", help=f"Replace also what {WRITER} did not write."),
+    "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
     "view": typer.Option(metavar="AZIMUTH,ELEVATION", help=_VIEW, parser=_angles),
 }
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed, by parameter. Parameters that were not typed keep their defaults."""
+    """Arguments that the user typed, by the name of their parameter; other parameters keep their defaults."""
 
-    called: Mapping[str, str] = {}  #: Options on the command line, by parameter.
+    called: Mapping[str, str] = {}  #: Names of the command-line options, by the name of their parameter.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Remove and return the arguments of a function."""
+        """Remove the arguments that belong to a function, and return these arguments."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """Return the remaining arguments, together with the options of the method.
+        """Return the remaining arguments and the options of the method as keyword arguments.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method has another form than NAME=VALUE, or is an argument of one of the two functions.
@@ -103,7 +103,7 @@ class Given(dict[str, Any]):
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & options
             if own:
-                whose = "it is not the method's but the command's own, if any: see --help"
+                whose = "it is not an option of the method; see --help for the options of the command"
                 raise OptionError(f"option '{min(own)}': {whose}")
         return self | options
 
@@ -111,7 +111,7 @@ class Given(dict[str, Any]):
 def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
-    """Return a decorator that makes a typer app of a function.
+    """Return a decorator that makes a command of a function, as a Typer app.
 
     The command has the options of the decorated function and of other functions. The decorated function is
     called with the arguments for the other functions (:class:`Given`), and with its own options, which
@@ -128,14 +128,14 @@ def command(
     infos = _SHARED | asked
 
     def decorator(own: Function) -> typer.Typer:
-        """Return the typer app of a function."""
+        """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
         del options[next(iter(options))]  # the first parameter takes the Given
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}
         for parameter in _parameters(functions):
-            # A function as a default, such as progress, is called while the command runs: it is no option.
+            # A parameter whose default is a function, such as progress, is a callback and not an option.
             is_callback = parameter.default is not parameter.empty and callable(parameter.default)
             name = parameter.name
             if not is_callback and name not in {*options, *_SUBJECTS, *leave.split()}:
@@ -172,7 +172,7 @@ def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
 
 
 def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: bool) -> Parameter:
-    """Return a parameter in the form that typer needs for an option.
+    """Return a parameter with the annotation that Typer needs to make an option of the parameter.
 
     A parameter that takes several values becomes an option in the singular that may be repeated, unless a
     parser reads all values from one text.
@@ -195,7 +195,10 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
 
 
 def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
-    """Return the help of an option: the labels of its functions, and the first sentence of a docstring."""
+    """Return the help text of an option, from the first sentence on its parameter in a docstring.
+
+    If only some functions have the parameter, the labels of these functions come first.
+    """
     name, labelled = parameter.name, [*zip(functions, labels, strict=False)]
     taking = [name in inspect.signature(function).parameters for function, _ in labelled]
     own_labels = [label for (_, label), takes in zip(labelled, taking, strict=True) if takes and label]
@@ -208,9 +211,12 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
 
 
 def _first_sentence(name: str, function: Function) -> str:
-    """Return the first sentence on a parameter in a docstring; "" if it refers to another function."""
+    """Return the first sentence on a parameter in a function's docstring.
+
+    Returns "" if the docstring does not describe the parameter, or refers to another function.
+    """
     section = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2]
-    section = re.split(r"\n\n(?=\S)", section)[0]  # the text on a parameter may have indented paragraphs
+    section = re.split(r"\n\n(?=\S)", section)[0]  # up to the first unindented paragraph
     for names, text in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", section, re.MULTILINE):
         if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", text, re.IGNORECASE):
             plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(text.split())).replace("``", "")
@@ -219,7 +225,7 @@ def _first_sentence(name: str, function: Function) -> str:
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
-    """Return name and value from NAME=VALUE; the value is read as JSON or as a float, else it is text."""
+    """Return name and value of a text NAME=VALUE; the value is read as JSON or as a float, or stays text."""
     name, equals, value = text.partition("=")
     if not equals:
         raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
@@ -233,7 +239,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a line on a terminal within a context, with the seconds since its beginning; yield its Work.
+    """Show a line with the elapsed seconds on a terminal within a context; yield a Work to change the line.
 
     Ctrl-C raises InterruptedByUserError with the message ``if_interrupted``. If ``quiet`` is True, no line is
     shown.
@@ -246,7 +252,7 @@ def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was f
 
 
 class Work:
-    """Line on a terminal that shows what a command is doing, and the steps that it has shown."""
+    """Progress line of a command on a terminal, and the list of the steps that the line has shown."""
 
     def __init__(self, show: Phases, name: str) -> None:
         self._show, self._name = show, name
@@ -254,11 +260,11 @@ class Work:
         self._last_step = ""  #: last of the steps, with its residual
 
     def show(self, line: str) -> None:
-        """Show a line."""
+        """Replace the text of the line."""
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the phase that begins, and the last step before this phase."""
+        """Show the phase that begins, and the last step of the phases before."""
         last = f" (last {self._last_step})" if self._last_step else ""
         self._show(f"{self._name}: {words}{last}")
 
@@ -268,12 +274,12 @@ class Work:
             return
         number = len(self.steps) + 1
         self.steps.append(f"{_step_name(step)} {number}: λ = {numeral(step.load_factor, '.6f')}")
-        self._last_step = self.steps[-1] + left_by(step)
+        self._last_step = self.steps[-1] + residuals_of_step(step)
         self._show(f"{self._name}: {self._last_step}")
 
 
 def _step_name(step: object) -> str:
-    """Return the printed name of a kind of step, such as "relaxation step"."""
+    """Return the class name of a step as printed words, such as "relaxation step"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
 
 
@@ -292,7 +298,7 @@ def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """Remember Ctrl-C within a context, and yield a function that raises KeyboardInterrupt again.
+    """Yield a function that raises KeyboardInterrupt if Ctrl-C was pressed within the context.
 
     A solver may catch KeyboardInterrupt to stop only itself.
     """
@@ -317,7 +323,7 @@ def interrupts() -> Iterator[Callable[[], None]]:
 
 
 def ended_by_kill() -> contextlib.AbstractContextManager[None]:
-    """Return a context in which `kill` and `timeout` act as Ctrl-C; otherwise workers would go on alone."""
+    """Return a context in which SIGTERM (`kill`, `timeout`) acts as Ctrl-C, so that worker processes end."""
     return handled(signal.SIGTERM, signal.default_int_handler)
 
 

@@ -28,26 +28,29 @@ from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.words.sentences import sentences
 from masonry_opt.words.terminal import print_text, print_warnings
 
-#: Kind of a drawing, and function that reads it, by the ending of the file's name.
+#: Printed name of each kind of drawing, and the function that reads the drawing, by file suffix.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     ".dxf": ("a DXF drawing", mo.read_dxf),
     ".json": ("COMPAS data", mo.read_compas),
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Largest number of corners of a mesh that is written into the case file (some 1 MB). For a larger mesh the
-#: case file names the file of the mesh.
+#: Largest number of corners of a mesh that is copied into a case file (about 1 MB). A case file with a larger
+#: mesh refers to the file of the mesh.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
-    "whose mechanism and forces to write (default: blocks at rest)."
+    "For programs: static (default), kinematic or global (any file), mpec or mcp (.nl). For solids: "
+    "method whose mechanism and forces are written (default: blocks at rest)."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
 def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Print the numbers of blocks and joints, and warnings. Without --load-case loads are drawn as given."""
+    """Print the numbers of blocks and joints, and warnings.
+
+    Without --load-case the picture shows the loads of the scene itself, not those of its load cases.
+    """
     force = given.pop("force", False)
     refuse_picture(file, force)
     scene = as_scene(case, load_case)
@@ -63,10 +66,15 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     mo.export,
     leave="moved",
     method=typer.Option(help=_METHOD),
-    file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
+    file=typer.Argument(
+        help="File to write (.lp, .mps, .nl; of a proof .cnf; of solids .obj, .glb, .gltf, .json)."
+    ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Print the files written. The names of the rows and columns of a .nl file are in .row and .col files."""
+    """Print the names of the written files.
+
+    The names of the rows and columns of a .nl file are in a .row and a .col file.
+    """
     exported: mo.Scene | mo.Result = as_scene(case, load_case)
     method = given.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
     if method:
@@ -82,13 +90,13 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
 
 
 def _forces(option: str) -> Any:
-    """Return a function that parses the components of a force."""
-    return numbers(f"{option} '{{}}': write numbers with commas between, such as 1,0")
+    """Return a function that parses the components of a force from text such as "1,0"."""
+    return numbers(f"{option} '{{}}': write numbers separated by commas, such as 1,0")
 
 
 @partial(reader, refusal="--live-layer '{}': write it as LAYER=X,Y, such as parapet=1,0")
 def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
-    """Return the name of a layer and the force on its blocks."""
+    """Return the name of a layer of a drawing, and the force on each of its blocks."""
     layer, force = text.rsplit("=", 1)
     return layer, _forces("--live-layer")(force)
 
@@ -106,20 +114,22 @@ def _direction(text: str) -> str | tuple[float, ...]:
     live=typer.Option(metavar="X,Y[,Z]", parser=_forces("--live")),
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
-    space=typer.Option("--space/--plane", help="COMPAS: blocks whole, or seen along a direction."),
+    space=typer.Option(
+        "--space/--plane", help="COMPAS: solid blocks, or their outlines seen along a direction."
+    ),
     up=typer.Option(metavar="x|y|z"),
     drawing=typer.Argument(metavar="IN", help=_IN),
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
-    """Layers, names, arcs, COMPAS data and meshes are explained in docs/drawings.md.
+    """See docs/drawings.md for layers, names, arcs, COMPAS data and meshes.
 
-    From a case file to OUT.dxf it draws the blocks. Of a mesh of more than 10,000 corners the case file names
-    the file.
+    If IN is a case file and OUT a .dxf file, the blocks are drawn. A case file with a mesh of more than
+    10,000 corners refers to the file of the mesh.
     """
     if out.suffix.lower() == ".dxf":
         refuse_replacing(out, force)
-        _refuse(given, {}, f"{out}: a drawing is written of a case file as it stands")
+        _refuse(given, {}, f"{out}: the drawing of a case file")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _print_counts(scene, out)
@@ -132,11 +142,11 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
-        raise OptionError(f"{drawing}: what is converted ends in {ends}")
+        raise OptionError(f"{drawing}: a drawing must be a file that ends in {ends}")
     missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
     if missing:
         raise OptionError(
-            f"{drawing}: a drawing has no friction and no weights: give {' and '.join(missing)}"
+            f"{drawing}: a drawing does not contain friction and unit weight: give {' and '.join(missing)}"
         )
     kind, read = _READERS[suffix]
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
@@ -154,16 +164,16 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 
 def _case_file_message(path: Path) -> str:
-    """Return the message for a case file that was to be converted: its uses without a conversion."""
+    """Return the message that a file is a case file already, with commands that accept case files."""
     if mo.load(path).dimension == 3:
         advice = f"write its solids (masonry-opt export {path} OUT.obj)"
     else:
         advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
-    return f"{path}: a case file already: solve it (masonry-opt solve {path}), or {advice}"
+    return f"{path}: is a case file already: solve it (masonry-opt solve {path}), or {advice}"
 
 
 def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
-    """Return a case file that names the file of its mesh, relative to the folder of the case file."""
+    """Return a case file that refers to a mesh file by its path relative to the case file's folder."""
     keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
     own = ("source", "joints", "tolerance", "contact_tolerance")
@@ -171,14 +181,14 @@ def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, 
 
 
 def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
-    """Print the name of a written file and the numbers of blocks, supports and holes."""
+    """Print the path of a written file, and its numbers of blocks, fixed blocks and holes."""
     holes = counted(sum(len(block.holes) for block in scene.blocks if isinstance(block, Block)), "hole")
     blocks, supports = counted(len(scene.blocks), "block"), sum(block.fixed for block in scene.blocks)
     print_text(f"{out}: {blocks} ({supports} fixed), {holes}{more}")
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:
-    """Raise OptionError for an argument that is not among the known parameters."""
+    """Raise OptionError if an argument is not among the known parameters."""
     for name in given:
         if name not in known:
             raise OptionError(f"{what} does not take {given.called[name]}")

@@ -17,25 +17,28 @@ from masonry_opt.files import WRITER
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
-from masonry_opt.studies.many.sweep import said
+from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_result
 
-_MOST_VALUES = 100_000  #: Largest number of values of one number.
+_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
 _EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-_VARY = f"{_FORMS} of a number of the case, {_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
+_VARY = f"{_FORMS} for a number of CASE, {_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
 _SAMPLE = (
-    "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
+    "In place of --vary: NAME=lognormal:MEAN:DEVIATION (standard deviation, or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
 )
-_SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
-_TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
+_SOLVERS = "Also: highs-hipo, and every solver that CVXPY finds, such as osqp or scs."
+_TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
 
 @partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
-    """Return the name of a number and its values. Raises ValueError if the text has another form."""
+    """Return the name and the values of a number of the scene from the text of the option --vary.
+
+    Raises ValueError if the text has another form.
+    """
     name, _, value_text = text.partition("=")
     if ":" not in value_text:
         values = [float(value) if set(value) & set(".eE") else int(value) for value in value_text.split(",")]
@@ -43,7 +46,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
         first, last, count = value_text.split(":")
         if not 1 <= int(count) <= _MOST_VALUES:
             raise ValueError
-        # Values are rounded as they are written in a table: 0.35, not 0.35000000000000003.
+        # Rounding to 12 digits avoids values such as 0.35000000000000003 in tables.
         values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
     if not name:
         raise ValueError
@@ -59,24 +62,24 @@ def _vary(text: str) -> tuple[str, list[float]]:
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
-    by=typer.Option(help=f"With --sample: of properties of joints, {', '.join(BY)}."),
+    by=typer.Option(help=f"With --sample: joints that share a random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
-    force=typer.Option("--force", help=f"Replace a table of other runs, and what {WRITER} did not write."),
+    force=typer.Option("--force", help=f"Replace tables of other runs, and files not written by {WRITER}."),
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
-    """Write a table (runs.csv) and charts; for drawn values also statistics of the load factor.
+    """Write a table (runs.csv) and charts; with --sample also statistics of the load factor.
 
     An interrupted sweep continues where it stopped. Exit code 0: done; 1: no run was solved, and the message
     says why; 130: interrupted; 2: wrong case file, name or option.
     """
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
-        raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
+        raise OptionError("give either --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
-        raise OptionError(f"{', '.join(others)}: goes with --sample, not with --vary, whose values are given")
+        raise OptionError(f"{', '.join(others)}: only with --sample, because --vary has fixed values")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
@@ -96,32 +99,32 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
                 answer = run(scene, values, out=out, progress=progress, **options)
         except KeyboardInterrupt:
             kept = f"{counted(int(bar.tasks[0].completed), 'run')} kept"
-            message = f"interrupted: {kept}, and the same command goes on from there"
+            message = f"interrupted: {kept}; the same command continues from there"
             raise InterruptedByUserError(message) from None
-    print_result(said(answer, list(values)) if vary else str(answer), bold_line=1 if vary else None)
+    print_result(summary_text(answer, list(values)) if vary else str(answer), bold_line=1 if vary else None)
     charts = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{charts}", markup=False, soft_wrap=True)
 
 
 def _names(text: str) -> list[str]:
-    """Return names separated by commas, in lower case, each once."""
+    """Return the names in a text of names separated by commas, in lower case and without repetitions."""
     return [*dict.fromkeys(name.strip().lower() for name in text.split(",") if name.strip())]
 
 
 @command(
     mo.compare,
-    methods=typer.Option(help="Separated by commas; also: global.", parser=_names),
+    methods=typer.Option(help="Methods, separated by commas; also: global.", parser=_names),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
     tolerances=typer.Option(parser=numbers(_TOLERANCES)),
     repeats=typer.Option(min=1),
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
-    cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else those of the package."),
-    scenes=typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases."),
+    cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else the package's folder."),
+    scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )
 def compare(given: Given, scenes: list[str] | None = None) -> None:
-    """An interrupted comparison continues where it stopped.
+    """Repeat the command to continue an interrupted comparison where it stopped.
 
     Exit code 0: done; 1: every run crashed or died; 130: interrupted; 2: wrong case file or option.
     """

@@ -28,8 +28,8 @@ from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.writing import csv_text
 from masonry_opt.words.terminal import print_text
 
-_NOT_IN_PAPER = "bracket"  #: Script that is no example of the paper, and takes a quarter of an hour.
-_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
+_NOT_IN_PAPER = "bracket"  #: Name of the script that is not in the paper and takes a quarter of an hour.
+_EXAMPLE = "Name of an example, or all; without a name the command lists the examples."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _TABLE = "table"  #: Prefix of a script's variables that are written as tables.
 _FIGURE = "figure"  #: Prefix of a script's variables that are written as pictures.
@@ -46,7 +46,7 @@ def scripts() -> dict[str, Path]:
 
 @command(example=typer.Argument(help=_EXAMPLE), out=typer.Option(help=_OUT))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
-    """Exit code 0: every value is as published; 1: one is not; 2: wrong example or folder.
+    """Exit code 0: every value is as published; 1: at least one is not; 2: wrong example or folder.
 
     Each example says how near a value must be to the published one. Exit code 2 also means that an extra is
     missing.
@@ -62,8 +62,8 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
         none = f"nothing to reproduce is named '{unknown.pop()}'"
         raise OptionError(f"{none}; choose all, or one of:\n{listed}")
     if "table1" in names:
-        find_solver("pyomo", "casadi")  # raises OptionError now if the extra is missing, not after minutes
-    # Making the folder first shows at once if it cannot be written.
+        find_solver("pyomo", "casadi")  # a missing extra raises OptionError before the computation
+    # The folder is created first, so that an error is raised before the computation.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     refuse_unwritable(out / RECORD, force)
@@ -84,14 +84,17 @@ def _title(path: Path) -> str:
 
 
 def _outputs(name: str, path: Path) -> list[str]:
-    """Return the names of the files that the tables and figures of a script may be written to."""
+    """Return the names of all files to which the tables and figures of a script may be written."""
     nodes = ast.walk(ast.parse(path.read_text("utf-8")))
     variables = [node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
     return [file for variable in dict.fromkeys(variables) for file in _files(name, variable)]
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files of a variable: ``table_x`` of fig6 is written to fig6_x.csv."""
+    """Return the names of the files to which a variable of a script is written.
+
+    For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
+    """
     if variable.startswith(_TABLE):
         return [f"{name}{variable.removeprefix(_TABLE)}.csv"]
     if variable.startswith(_FIGURE):
@@ -108,19 +111,19 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
     output, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(output):
         try:
-            # With optimize=0 assertions are tested even with the option -O of Python.
+            # With optimize=0, assert statements run even if Python was started with -O.
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
-    # Output is written before the next example begins, so that an interrupt loses one example only.
+    # Output is written before the next example begins, so that Ctrl-C loses only the current example.
     print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)
     return bool(missed)
 
 
 def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
-    """Return the contents of the files of a script's tables and figures, by name."""
+    """Return the files of a script's tables and figures: contents by file name."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
         if variable.startswith(_TABLE) and isinstance(value, pd.DataFrame):
@@ -131,7 +134,7 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
 
 
 def _pictures(figure: Figure) -> tuple[bytes, bytes]:
-    """Return PNG and SVG of a figure. Repeated calls return identical bytes."""
+    """Return a figure as PNG and as SVG. Repeated calls return identical bytes."""
     png, svg = io.BytesIO(), io.BytesIO()
     with style(), boxes():
         figure.savefig(png, format="png", dpi=150, metadata=picture_metadata("png"))

@@ -14,12 +14,10 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
-_MECHANISMS = "least", "incremental"  #: Load factors whose mechanism can be drawn.
-_SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
-_HOW = "Also print how it was found: residuals, solvers, seconds."
-_WHOSE = (
-    "Mechanism that --plot draws: least (default: of the lowest found), incremental (incremental collapse)."
-)
+_MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
+_SHOWN = "Content of the picture: mechanism, thrust, utilisation or curve."
+_HOW = "Also print how the answer was found: residuals, solvers, seconds."
+_WHOSE = "Mechanism that --plot draws: least (default, at the lowest load factor found) or incremental."
 
 
 @command(
@@ -27,7 +25,7 @@ _WHOSE = (
     mo.Result.save,
     kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
     verbose=typer.Option("--verbose", "-v", help=_HOW),
-    quiet=typer.Option("--quiet", "-q", help="Print the load factor alone, warnings on standard error."),
+    quiet=typer.Option("--quiet", "-q", help="Print only the load factor, and warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
 def solve(  # noqa: PLR0913 - each parameter is an option of the command
@@ -40,13 +38,13 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: one has none; 2: wrong case file or option."""
+    """Exit code 0: every load case has a load factor; 1: at least one has none; 2: wrong input."""
     if json + verbose + quiet > 1:
-        raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
+        raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
     drawing = given.take(mo.Result.save)
     _refuse_drawing_options(given, drawing, plot, mechanism)
     scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
-    if plot is not None:  # a picture that cannot be saved is refused before the scene is solved
+    if plot is not None:  # an unusable path of the picture is reported before the scene is solved
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **drawing)
@@ -75,20 +73,18 @@ def _refuse_drawing_options(
 ) -> None:
     """Raise OptionError if options of a picture are given without --plot, or --mechanism is wrong."""
     if plot is None and (drawing or mechanism is not None):
-        options = "--plot-kind, --mechanism, --names, --view and --force say how to draw"
+        options = "--plot-kind, --mechanism, --names, --view and --force apply to a picture"
         raise OptionError(f"{options}: give --plot FILE too")
     if mechanism not in (None, *_MECHANISMS):
         raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_MECHANISMS)}")
     method = METHODS.get(given.get("method", DEFAULT))
     has_incremental = given.get("incremental", True) and not (method and method.associative)
     if mechanism == "incremental" and not has_incremental:
-        raise OptionError(
-            f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-incremental"
-        )
+        raise OptionError(f"--mechanism {mechanism}: needs a Coulomb method without --no-incremental")
 
 
 def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:
-    """Solve a scene by a function, and show phases and steps in a changing line on standard error.
+    """Solve a scene with a function, and show progress in a changing line on standard error.
 
     If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
     without an answer.
@@ -101,7 +97,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
         try:
             answer = function(scene, progress=show_step, phases=work.phase, **options)
-            # An interrupted search has an answer: the lowest state found so far.
+            # The answer of an interrupted search is the lowest state found so far.
             if not _drawn_result(answer).solution.interrupted:
                 check_interrupt()
         except KeyboardInterrupt:
@@ -113,14 +109,14 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
 
 def _drawn_result(answer: Any) -> mo.Result:
-    """Return the result of a scene, or the governing result of its load cases."""
+    """Return the result to draw: the only result of a scene, or the governing one of its load cases."""
     return answer if isinstance(answer, mo.Result) else answer.to_draw
 
 
 @command(mo.check)
 def check(given: Given, case: Path, load_case: str | None = None) -> bool:
-    """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
-    with waiting("static and kinematic, CVXPY and Pyomo"):
+    """Exit code 0: the load factors agree; 1: they differ, or none exists; 2: wrong case file."""
+    with waiting("comparing static with kinematic, and CVXPY with Pyomo"):
         report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))
     return report.passed

@@ -36,19 +36,19 @@ from masonry_opt.studies.report.report import refuse_report
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import frame_text, print_result, print_text, print_warnings
 
-_AXLES = typer.Option(metavar="NAME", help="One group of the case. Default: all.", parser=str)
-_IN_CASE = typer.Option(metavar="NAME", help="One load case. Default: all in which axles cross.")
+_AXLES = typer.Option(metavar="NAME", help="Group of axles of CASE. Default: all groups.", parser=str)
+_IN_CASE = typer.Option(metavar="NAME", help="Load case of CASE. Default: all load cases with axles.")
 _VERTICAL = typer.Option(
     metavar="RATIO[,RATIO]",
-    help="Vertical part over the horizontal one, positive with gravity, as in --vertical=0.3,-0.3. Default: "
-    "that of the case's own earthquake, else 0.",
+    help="Ratio of the vertical to the horizontal push, positive along gravity, as in --vertical=0.3,-0.3. "
+    "Default: ratio of the earthquake of CASE, or 0.",
     parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
-_OF_BLOCK = "With --block: a point of it. Default: its centroid."
-_SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
-_PAGE = "The page (.html). Default: CASE_report.html, here."
+_OF_BLOCK = "With --block: point of the block. Default: centroid of the block."
+_SPECTRUM = "Check against a spectrum: CSV file with period (s) and acceleration (g) on each line."
+_PAGE = "Page to write (.html). Default: CASE_report.html in the current folder."
 
 
 @command(
@@ -70,7 +70,7 @@ def capacity(
     table: bool = False,
     json: bool = False,
 ) -> bool:
-    """Exit code 0: the curve reaches λ = 0; 1: it stops before; 2: wrong case file or option.
+    """Exit code 0: the capacity curve reaches λ = 0; 1: it stops before; 2: wrong case file or option.
 
     Exit code 1 also means that there is no load factor.
     """
@@ -104,12 +104,12 @@ def capacity(
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: there is a load factor; 1: there is none; 2: wrong case file or option; 130: interrupted.
+    """Exit code 0: a load factor exists; 1: none exists; 2: wrong case file or option; 130: interrupted.
 
     An interrupted crossing prints the worst position solved so far.
     """
     drawing = given.take(mo.Crossing.save)
-    if plot is not None:  # a picture that cannot be saved is refused before the scene is solved
+    if plot is not None:  # an unusable path of the picture is reported before the scene is solved
         refuse_file(plot, **drawing)
     with waiting("crossing", json) as work:
 
@@ -131,7 +131,7 @@ def crossing(
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong case file or option."""
+    """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong input."""
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
@@ -149,15 +149,16 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
 @command(
     mo.least,
     leave="lower upper",
-    vary=typer.Option(help="The number, and between what it is sought: arch.thickness=0.05:0.3."),
-    most=typer.Option("--most", help="The greatest value instead, of what makes a scene weaker."),
+    vary=typer.Option(help="Number of CASE and the range to search, such as arch.thickness=0.05:0.3."),
+    most=typer.Option("--most", help="Find the greatest value instead, for a number that weakens the scene."),
 )
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
-    """Exit code 0: the value was found; 1: it could not be decided if the scene holds; 2: wrong input.
+    """Exit code 0: the value was found; 1: a scene could not be decided; 2: wrong input.
 
-    Exit code 2 also means that the scene holds, or fails, at both ends.
+    Exit code 1 means that it is unknown if a scene is stable, or carries the load. Exit code 2 also means
+    that the scenes at both ends of the range agree, so that the range contains no limit.
     """
     name, lower, upper = _between(vary)
     parameters = Parameters(as_scene(case, load_case))
@@ -187,22 +188,22 @@ def least(
     mo.Settlement.save,
     leave="end kind",
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
-    greatest=typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least."),
+    greatest=typer.Option("--greatest", help="With --plot: draw the greatest reaction, not the least."),
 )
 def settle(
     given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
 ) -> bool:
     """Exit code 0: both reactions were found; 1: one was not found; 2: wrong case file or option.
 
-    A reaction that is proven to be unlimited counts as found. Exit code 1 also means that no reaction holds
-    CASE.
+    A reaction that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable
+    with every reaction.
     """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
         refuse_file(plot, drawing.get("force", False))
         refuse_view(mo.load(case), drawing.get("view"))
     elif greatest or drawing:
-        raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
+        raise OptionError("--greatest, --view and --force apply to a picture: give --plot FILE too")
     with waiting("settle", json) as work:
         answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:
@@ -215,7 +216,7 @@ def settle(
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_PAGE))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Solve all load cases unless one is named, and move the axles, if there are any.
+    """Solve all load cases, or the named one, and move the axles over the road, if CASE has axles.
 
     Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
     option; 130: interrupted, and no page written.
@@ -232,7 +233,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
         try:
             answers = _answers(as_scene(case, load_case), begins, work.show, given.rest(mo.solve))
-            check_interrupt()  # an interrupted search or crossing has an answer, but no page is written
+            check_interrupt()  # after Ctrl-C an answer may exist, but no page is written
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page written") from None
         begins("page")
@@ -243,12 +244,12 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if a crossing has a load factor, or another answer is usable."""
+    """Return True if an answer is usable; a crossing is usable if a position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: load cases, the crossing of axles, or else the scene itself."""
+    """Return the answers for a report: load cases and the crossing of axles, or else a single result."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):
@@ -266,14 +267,17 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
 
 @partial(reader, refusal="--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
 def _between(text: str) -> tuple[str, float, float]:
-    """Return name, lower and upper end of a range of a number."""
+    """Return name, lower end and upper end from text such as "arch.thickness=0.05:0.3"."""
     name, _, ends = text.partition("=")
     lower, upper = map(float, ends.split(":"))
     return name.strip(), lower, upper
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:
-    """Return periods (s) and accelerations (g) from a CSV file. Raises OptionError if it is no spectrum."""
+    """Return pairs of period (s) and acceleration (g) from a CSV file.
+
+    Raises OptionError if the file cannot be read, or is not a spectrum.
+    """
     try:
         lines = csv.reader(path.read_text("utf-8").splitlines())
         pairs = (line for line in lines if line and not line[0].startswith("#"))
@@ -283,6 +287,6 @@ def _spectrum(path: Path) -> list[tuple[float, float]]:
     except UnicodeDecodeError:
         raise OptionError(f"{path}: is no text") from None
     except (ValueError, csv.Error):
-        needs = "a spectrum has a period (s) and an acceleration (g) on each line, as in 0.15,0.45"
+        needs = "each line of a spectrum needs a period (s) and an acceleration (g), as in 0.15,0.45"
         others = "begin other lines with #"
         raise OptionError(f"{path}: line {lines.line_num}: {needs}; {others}") from None

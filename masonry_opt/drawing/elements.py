@@ -19,29 +19,34 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
-#: Kinds of pictures of a result, named after the quantity that its joints show.
+#: Kinds of pictures of a result: the quantity that is drawn on the joints.
 KINDS = ("mechanism", "thrust", "utilisation")
 
-#: Displacement of the fastest corner in the full motion, relative to the scene's size. If larger, mechanisms
-#: are magnified more.
+#: Displacement of the fastest corner of a magnified mechanism (its "full motion"), relative to the scene's
+#: size. A larger value magnifies mechanisms more.
 FULL = 0.1
-START = 0.6  #: Share of the full motion that pictures show, and that pages show first.
-_MARGIN = 0.07  #: Free space round the movable blocks at rest, relative to the scene's size.
-_PAD = 0.02  #: Free space round moved blocks and marks, relative to the scene's size.
-_TEXT = 0.15  #: Width of the text beside a bar, relative to the scene's size.
+#: Share of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
+START = 0.6
+_MARGIN = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
+_PAD = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
+_TEXT = 0.15  #: Width of the text next to a scale bar, relative to the scene's size.
 
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements of a drawing of a scene or result, in the case's units, relative to the geometry's origin."""
+    """Everything that a drawing of a scene or result shows: blocks, motion, loads and marks on joints.
 
-    assembly: Assembly  #: the scene's assembly; its polygons or solids are the blocks
+    Coordinates are in the case's unit of length, relative to the geometry's origin.
+    """
+
+    assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
-    movement: str  #: name of the motion; "" if no block moves
+    movement: str  #: description of the motion for captions; "" if no block moves
     #: Full motion of the scene's blocks, as defined in ``marks.moved``, shape (blocks, 3) or (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
-    #: Marks on joints by name: "scene" for an unsolved scene; the known ones of ``KINDS`` for a result.
+    #: Marks on joints, by layer: "scene" for an unsolved scene; for a result, the kinds in ``KINDS`` for
+    #: which it has data.
     layers: dict[str, list[Marks]]
 
     @property
@@ -51,23 +56,26 @@ class Elements:
 
     @property
     def outline_width(self) -> float:
-        """Return the width of the blocks' outlines, in points; thin if many blocks are small."""
+        """Return the width of the blocks' outlines, in points; outlines of many blocks are thinner."""
         return float(np.clip(15 / np.sqrt(len(self.assembly.movable) or 1), 0.1, 0.8))
 
     @property
     def supports(self) -> np.ndarray:
-        """Return the indices of the supports: fixed blocks, and supports that settle."""
+        """Return the indices of the supports: fixed blocks, and blocks with prescribed settlements."""
         reactions = [force for force in self.assembly.limited if force.role is Role.SUPPORT]
         settling = np.array([action.block for force in reactions for action in force.actions], dtype=int)
         return np.union1d(np.flatnonzero(self.assembly.scene.fixed), settling)
 
     @property
     def all_marks(self) -> list[Marks]:
-        """Return the marks of all layers and of loads."""
+        """Return the marks of all layers and of the loads."""
         return [each for marks in (*self.layers.values(), self.loads) for each in marks]
 
     def shown(self, kind: str) -> list[Marks]:
-        """Return the marks of a picture of a kind, with loads if it shows the scene or its mechanism."""
+        """Return the marks that a kind of picture shows.
+
+        Pictures of a scene or a mechanism also show the loads.
+        """
         return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
 
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
@@ -90,13 +98,13 @@ class Elements:
 
 
 def title_of(scene: Scene) -> str:
-    """Return the scene's title, or else its file name, followed by its load case, as one line."""
+    """Return the scene's title, or else its file name, followed by the load case, in one line."""
     case = f": {scene.load_case.name}" if scene.load_case else ""
     return printable((" ".join(scene.title.split()) or Path(scene.origin).stem) + case)
 
 
 def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
-    """Return the marks of each legend entry, by label."""
+    """Group marks by the label of their legend entry."""
     entries: dict[str, list[Marks]] = {}
     for each in marks:
         if each.label:
@@ -105,7 +113,7 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 
 def scene_elements(assembly: Assembly) -> Elements:
-    """Return the elements of a scene before it is solved."""
+    """Return everything that a drawing of an unsolved scene shows."""
     still = _still(assembly)
     arrows = list(forces.load_marks(assembly, still))
     yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
@@ -114,7 +122,7 @@ def scene_elements(assembly: Assembly) -> Elements:
 
 
 def result_elements(result: Outcome) -> Elements:
-    """Return the elements of a result."""
+    """Return everything that a drawing of a result shows."""
     assembly, d, movement = result.assembly, result.solution.d, _movement(result)
     motion = _still(assembly) if d is None else motion_of(assembly, d, d)
     layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}
@@ -128,27 +136,27 @@ def result_elements(result: Outcome) -> Elements:
 
 
 def _still(assembly: Assembly) -> np.ndarray:
-    """Return zero motions of all blocks, shape (blocks, 3), in space (blocks, 6)."""
+    """Return an array of zero motions for all blocks, shape (blocks, 3), in space (blocks, 6)."""
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Return displacements d, shape (3b,), as motions of the scene's blocks, scaled for drawing.
+    """Convert displacements d, shape (3b,), to motions of the scene's blocks, scaled for drawing.
 
-    The scale makes displacements ``full``, shape (3b,), a full motion; see ``FULL``.
+    The scale is chosen so that displacements ``full``, shape (3b,), become a full motion; see ``FULL``.
     """
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
     d = FULL * size_of(assembly) / fastest(assembly, full) * d
     rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
-    # Motions are those of the point of each block at the origin, not of its centroid.
+    # Convert velocities of the blocks' centroids to velocities of the block points at the origin.
     rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid
     motion[assembly.movable] = rates
     return motion
 
 
 def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of joints by their kind of motion.
+    """Yield marks of the joints that separate, slide, crush or hinge in the mechanism.
 
     In the plane, marks move with the mean of the motions of both blocks. In space, the outline of a joint is
     drawn twice, once with each block.
@@ -184,14 +192,14 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def _movement(result: Outcome) -> str:
-    """Return the name of the motion that a drawing of a result shows; "" if there is no motion."""
+    """Return a description of the motion that a drawing of a result shows; "" if there is no motion."""
     if not result.blocks["vx"].notna().all():
         return ""
     if result.load_factor is not None:
         return "the mechanism of collapse, magnified"
     if result.status is Status.UNSTABLE:
-        return "how the scene falls under its dead load, magnified"
-    return "the last motion tried, magnified: no collapse"
+        return "failure mechanism under the dead load, magnified"
+    return "last trial motion, magnified; no collapse was found"
 
 
 def heading(result: Outcome) -> str:
@@ -207,7 +215,7 @@ def heading(result: Outcome) -> str:
 
 
 def _joints(assembly: Assembly) -> Iterable[Marks]:
-    """Yield marks of joints, of corners that touch without a joint, and of small gaps."""
+    """Yield marks of joints, of corners that touch without forming a joint, and of small gaps."""
     (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
     in_point = "joint in a point" if assembly.scene.dimension == 3 else "joint of a corner on an edge"
     yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
@@ -219,7 +227,7 @@ def _joints(assembly: Assembly) -> Iterable[Marks]:
 
 
 def counts(assembly: Assembly) -> str:
-    """Return the numbers of blocks, supports, joints, small gaps and edges that fill touches, as text."""
+    """Return as text the numbers of blocks, supports, joints, small gaps, and edges in contact with fill."""
     movable, joints = len(assembly.movable), assembly.joints
     numbers = {"block": movable, "support": len(assembly.scene.blocks) - movable}
     numbers |= {"joint": len(joints.first), "small gap": len(joints.gaps)}

@@ -28,45 +28,48 @@ from masonry_opt.files import image_source, picture_metadata, refuse_unwritable,
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral, sentences
 
-FORMATS = ("png", "svg", "pdf")  #: Formats of pictures, which are also their file name endings.
+FORMATS = ("png", "svg", "pdf")  #: File formats of pictures, which are also the file name endings.
 CURVE = "curve"  #: Kind of picture that shows the load–displacement curve instead of blocks.
 
 _MAX_WIDTH = 6.0  #: Largest width of the axes, in inches.
 _MAX_HEIGHT = 6.5  #: Largest height of the axes, in inches.
 _SIDE_MARGIN = 0.5  #: Free space on each side of the axes, in inches.
-_TOP_MARGIN = 0.7  #: Space above the axes, for the title, in inches.
-_AXIS_LABELS = 0.55  #: Space below the axes for numbers and the axis label, in inches.
-_COLOUR_BAR = 0.6  #: Space for a colour bar with its label, in inches.
+_TOP_MARGIN = 0.7  #: Space for the title above the axes, in inches.
+_AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes, in inches.
+_COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
-#: Largest number of characters of all labels of a legend with four columns. Longer legends have three.
+#: Largest total number of characters in the labels of a legend with four columns. A longer legend has three
+#: columns.
 _ROW_LENGTH = 60
 
 _MAX_LETTERS = 8.0  #: Largest size of the letters of block names, in points.
 _LETTER_WIDTH = 0.62  #: Assumed mean width of a letter, relative to the font size.
 
-#: Markers of matplotlib for the shapes of marks that have one point.
+#: Matplotlib markers for the shapes of marks that are drawn at one point.
 _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
 
-#: Look of arrows, without colour and width. Arrows are to the scale of the axes, heads to the line width.
+#: Style of arrows, without colour and width. Lengths of arrows are in units of the axes; sizes of their heads
+#: are relative to the line width.
 _ARROW: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "inches", "zorder": 5}
 _ARROW |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength": 4.5}
 
-#: Look of blocks, without the width of their outlines.
+#: Style of blocks, without the width of their outlines.
 BLOCK_LOOK: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
-#: Look of supports.
+#: Style of supports.
 SUPPORT_LOOK: dict[str, Any] = {"facecolor": FIXED, "edgecolor": HATCH, "hatch": "////", "linewidth": 0}
 
-Handle = Line2D | Patch  #: Sample of a drawn element, with its label, in a legend.
+Handle = Line2D | Patch  #: Sample and label of a drawn element in a legend.
 
-_CURVE_ASPECT = 0.6  #: Height of the axes of a curve, relative to their width.
+_CURVE_ASPECT = 0.6  #: Height of the axes of a load–displacement curve, relative to their width.
 _BELOW_ZERO = 0.2  #: Range of the λ axis below zero, relative to the highest λ that is drawn.
 _ABOVE_HIGHEST = 0.06  #: Range of the λ axis above the highest λ that is drawn, relative to that λ.
-#: Ratio to the curve's highest load factor above which another load factor has no line, only a legend entry.
+#: Largest ratio of a load factor to the curve's highest load factor at which the load factor is drawn as a
+#: line. Higher load factors are only named in the legend.
 _FAR = 2.0
 
-#: Look of joints that start to move, by column of the curve: verb, colour, marker, marker size in points, and
-#: height of the numbers of joints, relative to the height of the axes.
+#: Style of the marks of joints that start to move, by column of the curve: verb, colour, marker, marker size
+#: in points, and height of the numbers of joints above the lower axis, relative to the height of the axes.
 _STARTS = {
     "starts_sliding": ("slide", SLIDES, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGES, "o", 6.0, 0.025),
@@ -74,26 +77,26 @@ _STARTS = {
 
 
 class Picture(Figure):
-    """Figure that a notebook shows without pyplot."""
+    """Matplotlib figure that a notebook shows without pyplot."""
 
     def savefig(self, fname: Any, **given: Any) -> None:
-        """Write the figure as matplotlib does, by default with everything that lies outside its axes."""
+        """Write the figure to a file, by default with everything that is outside its axes."""
         with boxes():
             super().savefig(fname, **{"bbox_inches": "tight"} | given)
 
     def image(self, kind: str) -> bytes:
-        """Return the content of the figure's file in one of ``FORMATS``."""
+        """Return the figure as the content of a file in one of ``FORMATS``."""
         stream = io.BytesIO()
         with style():
             self.savefig(stream, format=kind, dpi=160, metadata=picture_metadata(kind))
         return stream.getvalue()
 
     def source(self, kind: str = "png") -> str:
-        """Return the content of the figure's file as the address of an image in HTML."""
+        """Return the figure as a data URL, for the ``src`` attribute of an HTML image."""
         return image_source(self.image(kind), kind)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the figure to ``path`` (.png, .svg or .pdf), whole or not at all.
+        """Write the figure to ``path`` (.png, .svg or .pdf); an error leaves no partial file.
 
         Raises the exceptions of :meth:`Result.save`.
         """
@@ -101,31 +104,33 @@ class Picture(Figure):
         write_whole(path, self.image(_ending(path)))
 
     def _repr_png_(self) -> bytes:
-        """Return the figure as PNG, for notebooks."""
+        """Return the figure as PNG data, for notebooks."""
         return self.image("png")
 
 
 def style() -> Any:
-    """Return the context of matplotlib settings in which pictures are drawn and written."""
-    # The salt makes the names inside SVG files equal in every run.
+    """Return a context manager that sets matplotlib's options for drawing and writing pictures."""
+    # With a fixed salt, the identifiers inside SVG files are the same in every run.
     return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
 
 
 @contextmanager
 def boxes() -> Iterator[None]:
-    """Provide a context without matplotlib's warnings of missing letters. Boxes replace such letters."""
+    """Suppress matplotlib's warnings about letters that its font lacks; boxes are drawn for these letters."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph .* missing from|Matplotlib currently does not support")
         yield
 
 
 def entitle(axes: Axes, title: str, heading: str) -> None:
-    """Write a title and a line below it. Dollar signs are plain text, not formulas."""
+    """Write a title and a second line above the axes; dollar signs do not start formulas."""
     axes.set_title(f"{textwrap.fill(title, 60)}\n{heading}", parse_math=False)
 
 
 def fit(figure: Figure, axes: Axes, below: float = _AXIS_LABELS) -> None:
-    """Size the figure so that the axes have their box aspect, or else the proportions of their limits.
+    """Set the size of the figure so that the axes have the aspect ratio of their contents.
+
+    A box aspect that is set takes precedence over the limits of the axes.
 
     ``below`` is the space below the axes, in inches.
     """
@@ -169,13 +174,13 @@ def finish(
 
 
 def handles(marks: list[Marks]) -> list[Handle]:
-    """Return the samples of a legend: block, support, and one sample per label of the marks."""
+    """Return the entries of a legend: block, support, and one entry for each label of the marks."""
     samples = [_handle(label, alike) for label, alike in legend(marks).items()]
     return [Patch(label="block", **BLOCK_LOOK), Patch(label="support", **SUPPORT_LOOK), *samples]
 
 
 def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
-    """Draw marks at points in the case's coordinates, shape (marks, 1 or 2, 2)."""
+    """Draw marks at the points ``at``, shape (marks, 1 or 2, 2), in the case's coordinates."""
     look: dict[str, Any] = {"color": marks.colour}
     match marks.shape:
         case "line":
@@ -197,7 +202,7 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
 
 
 def _line(marks: Marks) -> dict[str, Any]:
-    """Return the width and style of the marks' lines, for matplotlib."""
+    """Return the width and style of the marks' lines, as matplotlib arguments."""
     return {"linewidth": marks.width, "linestyle": (0, marks.dashes) if marks.dashes else "solid"}
 
 
@@ -206,7 +211,7 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
 
     ``letters`` is the font size in points. ``rim`` is the width of a white rim, relative to the font size.
     """
-    # Names are left out of matplotlib's layout, which is slow for thousands of texts.
+    # Exclude names from matplotlib's layout, which is slow for thousands of texts.
     look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
     written = axes.annotate(printable(name), (at[0], at[1]), **look)
     if rim:
@@ -214,17 +219,17 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
 
 
 def points_in_unit(axes: Axes) -> float:
-    """Return the number of points (1/72 inch) per unit of the axes, whose size must be set."""
+    """Return the number of points (1/72 inch) per unit of the axes, whose size must already be set."""
     return float(72 / axes.figure.dpi * axes.bbox.width / np.ptp(axes.get_xlim()))
 
 
 def letters_in(name: str, wide: float) -> float:
-    """Return the font size, in points, in which a name is ``wide`` points wide, or the largest if smaller."""
+    """Return the font size in points at which a name is ``wide`` points wide, at most ``_MAX_LETTERS``."""
     return min(wide / (_LETTER_WIDTH * len(name)), _MAX_LETTERS)
 
 
 def _handle(label: str, alike: list[Marks]) -> Line2D:
-    """Return the legend sample of marks that share a label."""
+    """Return the legend entry of marks that share a label."""
     handle = Line2D([], [], color=alike[0].colour, linestyle="none", label=label)
     for marks in alike:
         if marks.shape == "line":
@@ -237,21 +242,24 @@ def _handle(label: str, alike: list[Marks]) -> Line2D:
 
 
 def refuse_kind(kind: object, names: bool = False) -> None:
-    """Raise OptionError if ``kind`` is no kind of picture, or shows no blocks while ``names`` is set."""
+    """Raise OptionError if ``kind`` is unknown, or if ``names`` is set for a picture without blocks."""
     known = (*KINDS, CURVE)
     if kind not in known:
-        raise OptionError(f"there is no picture of kind '{kind}': choose from {', '.join(known)}")
+        raise OptionError(f"unknown kind of picture '{kind}': choose from {', '.join(known)}")
     if kind == CURVE and names:
-        raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
+        raise OptionError("a picture of kind 'curve' shows no blocks: omit the names of blocks")
 
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
-    """Raise OptionError if a picture cannot be written to ``path``; call this before long work."""
+    """Raise OptionError if no picture can be written to ``path``; meant to be called before an analysis."""
     refuse_file(path, force, FORMATS)
 
 
 def refuse_file(path: str | Path, force: bool = False, endings: Sequence[str] = (*FORMATS, "html")) -> None:
-    """Raise OptionError if no picture or page can be written to ``path``; call this before long work."""
+    """Raise OptionError if neither a picture nor a page can be written to ``path``.
+
+    Call this function before a long analysis.
+    """
     if _ending(path) not in endings:
         subject = "the name of a picture or page" if "html" in endings else "a picture's name"
         raise OptionError(f"{path}: {subject} ends in {', '.join(f'.{each}' for each in endings)}")
@@ -259,7 +267,7 @@ def refuse_file(path: str | Path, force: bool = False, endings: Sequence[str] = 
 
 
 def save_as(path: str | Path, force: bool, page: Callable[[], str], picture: Callable[[], Picture]) -> None:
-    """Write a page or a picture, depending on the ending of ``path``, whole or not at all."""
+    """Write a page or a picture, depending on the ending of ``path``; an error leaves no partial file."""
     refuse_file(path, force)
     if is_page(path):
         write_whole(path, page())
@@ -278,7 +286,7 @@ def _ending(path: str | Path) -> str:
 
 
 def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
-    """Return a picture with axes for λ over a quantity.
+    """Return a picture with empty axes for a curve of λ over another quantity.
 
     ``along`` is the label of the horizontal axis. ``said`` is a line below the scene's title.
     """
@@ -291,11 +299,11 @@ def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
 
 
 def curve_picture(result: Outcome) -> Picture:
-    """Return a picture of λ over displacement. Raises OptionError if the result has no curve."""
+    """Return a picture of the load–displacement curve. Raises OptionError if the result has no curve."""
     curve = result.curve
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
-    along = "displacement of the live load, in the closing of a mean joint under the dead load"
+    along = "displacement of the live load (unit: closing of a joint with the mean force under dead load)"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
         jumps = _draw_curve(
@@ -315,9 +323,9 @@ def curve_picture(result: Outcome) -> Picture:
 def _draw_curve(
     axes: Axes, displacement: np.ndarray, load_factor: np.ndarray, jump: np.ndarray
 ) -> list[Handle]:
-    """Draw the load–displacement curve, with dashed lines where the blocks jump to another equilibrium.
+    """Draw the load–displacement curve; lines are dashed where blocks jump to another equilibrium.
 
-    Returns the legend sample of jumps, if there are any.
+    Returns the legend entry of jumps, or an empty list if the curve has no jumps.
     """
     axes.plot(displacement, load_factor, color=BLACK, linestyle="none", marker=".", zorder=3)
     look: dict[bool, dict[str, Any]] = {
@@ -333,7 +341,7 @@ def _draw_curve(
 
 
 def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:
-    """Draw load factors of a result as horizontal lines beside its curve.
+    """Draw the load factors of a result as horizontal lines across the picture of its curve.
 
     ``highest`` is the highest λ of the curve. Returns the legend samples and the highest λ that is drawn.
     """
@@ -355,7 +363,9 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 
 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
-    """Mark the state in which the first joints start to move, and write the number of joints at each state.
+    """Mark the first state in which joints start to move, and write the number of such joints.
+
+    For each state of the curve, the number of joints that start to move is written above the lower axis.
 
     Returns the legend sample. ``column`` is the column of the curve, a key of ``_STARTS``.
     """

@@ -14,36 +14,39 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
 from masonry_opt.scene.rows import linked
 
-#: Largest numbers of arrows of parallel forces, by dimension: of weights, and of each other kind of load. If
-#: there are more forces, one arrow shows their direction. Numbers are lower in space, where arrows overlap.
+#: Largest numbers of arrows of parallel forces, by dimension: for weights, and for each other kind of load.
+#: If there are more forces, a single arrow shows their direction. In space the numbers are smaller, because
+#: arrows overlap.
 _MOST = {2: (30, 200), 3: (1, 8)}
 
-_LONGEST = 0.09  #: Length of the longest arrow of a kind of load, relative to the size of the scene.
-#: Number of forces of a kind above which ``_OF_BLOCK`` limits the length of their arrows.
+_LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
+#: Largest number of forces of one kind of load whose arrows are not limited by the size of blocks.
 _LONE = 8
-_OF_BLOCK = 0.6  #: Largest length of the arrows of many forces, relative to the size of a median block.
-_ALONG = 8  #: Number of arrow intervals along the whole line of an edge load.
-_SPACE = 0.3  #: Smallest distance of the arrows of an edge load, relative to their largest length.
-#: Distance of a single arrow for many forces from the highest block, relative to the size of the scene. The
-#: arrow is then above moved blocks too.
+_OF_BLOCK = 0.6  #: Largest length of the arrows of many forces, relative to the median size of a block.
+_ALONG = 8  #: Number of intervals between arrows along the line of an edge load.
+_SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
+#: Height, above the highest block, of a single arrow for many forces, relative to the size of the scene. The
+#: value is large enough for blocks that move upwards.
 _ABOVE = 0.16
 #: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
 _DIRECTION = 0.07
 
-#: Kinds of loads: colour, width in points, legend entry of arrows, and entry of a single arrow for all.
+#: Colour, line width in points, legend entry, and legend entry of a single arrow for all forces, by kind of
+#: load.
 _KINDS = {
     "weight": (colours.DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (colours.FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
-    # The live load is drawn last and thinner: it may lie on a dead load that it reduces.
+    # The live load is drawn last and thinner, because it may cover an opposite dead load.
     "live": (colours.LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
-_COLUMN_STEP = 0.02  #: Distance of the lines that show columns of fill, relative to the size of the scene.
+#: Distance between the vertical lines that represent fill, relative to the size of the scene.
+_COLUMN_STEP = 0.02
 _PRESSURE = 0.1  #: Length of the arrow of the largest pressure of fill, relative to the size of the scene.
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Yield marks of fill and of loads. Arrows of each kind of load have their own scale.
+    """Yield marks of fill and of loads; each kind of load has its own scale of arrows.
 
     ``motion`` is the full motion of blocks, as defined in :func:`~.marks.moved`. ``live`` is False if live
     loads are not drawn.
@@ -67,7 +70,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # A single arrow for many forces is thick. Arrows are thin if there are many of them.
+            # Draw a single arrow for many forces with a thick line, and more than 100 arrows with thin lines.
             if is_single:
                 label, width = label_of_all, 2.2
             elif len(points) > 100:
@@ -82,17 +85,17 @@ def _many_parallel(forces: Forces, most: int) -> bool:
 
 
 def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
-    """Return one arrow above the blocks in the direction of all forces, shape (1, 2, 2) or (1, 2, 3)."""
+    """Return a single arrow above the blocks in the direction of all forces, shape (1, 2, dim)."""
     total, size = forces.force.sum(axis=0), size_of(assembly)
     tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
     tail[-1] += _ABOVE * size
-    # The arrow is longer in space, where it may point towards the eye.
+    # In space the arrow is longer, because it may point towards the viewer.
     length = _DIRECTION * (len(tail) - 1) * size
     return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
 
 def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return arrows of forces and their motions, which are translations.
+    """Return the arrows of forces, and the translations with which the arrows follow the blocks.
 
     Arrows start at the point of action, or end there if the force pushes on the block from outside.
     """
@@ -112,7 +115,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
 
 
 def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return arrows on each loaded piece of edge, a line along their far ends, and the arrows' blocks."""
+    """Return the marks of edge loads: arrows, a line along their outer ends, and the arrows' blocks."""
     longest = 0.8 * _LONGEST * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     arrows, lines, owners = [], [], []
@@ -124,7 +127,7 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
         share = np.linspace(0, 1, count)[:, None]
         arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
-        # Arrows end at an edge that is pushed, and start at an edge that is pulled.
+        # If the load pushes on the edge, arrows end at the edge; if it pulls, arrows start at the edge.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
         pulled = assembly.geometry.away(piece.block, behind) <= 0
         tail = on_edge if pulled else on_edge - arrow
@@ -135,10 +138,10 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
 
 
 def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of fill: its columns, backing, the edges that it touches, and roads.
+    """Yield marks of fill: vertical lines, backing, roads, and the edges in contact with fill.
 
-    Columns and edges move with their blocks, whose motions have shape (blocks, 3). Roads and backing do not
-    move.
+    Vertical lines and edges move with the blocks below, whose motions have shape (blocks, 3). Roads and
+    backing do not move.
     """
     pieces = assembly.filled_pieces
     if not pieces:
@@ -170,7 +173,7 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def pressure_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield arrows of the pressure of fill on each face that it touches; the arrows end at the face."""
+    """Yield arrows of earth pressure on each face in contact with fill; the arrows end at the face."""
     assembly, force = result.assembly, result.pressures["force"].to_numpy()
     if not len(force):
         return
@@ -180,21 +183,19 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
         tip = np.array([action.point for action in actions])
         direction = np.array([action.force for action in actions])
         tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * direction
-        label = f"pressure of fill on a face, {most:.3g} at most"
+        label = f"pressure of fill on a face, at most {most:.3g}"
         yield Marks("earth", label, "arrow", colours.FILL, 1.0, np.stack([tail, tip], axis=1))
 
 
 _STRUT_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}  #: Width of the lines of ties and props, in points.
-_YIELD_DASHES = (
-    1.2,
-    0.8,
-)  #: Lengths of dashes and gaps of ties and props that yield, relative to their width.
+#: Lengths of the dashes and gaps of ties and props that yield, relative to the width of their lines.
+_YIELD_DASHES = (1.2, 0.8)
 
 
 def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> Iterable[Marks]:
     """Yield marks of ties and props and of their ends.
 
-    ``yields`` is True for ties and props that yield, in the order of ``Result.ties``. Their lines are dashed.
+    ``yields`` is True for ties and props that yield, in the order of ``Result.ties``; such lines are dashed.
     """
     struts = [force for force in assembly.limited if force.role in _STRUT_WIDTH]
     if not struts:
@@ -205,7 +206,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     moved_ends = moved(ends, of_ends)
     along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Each half moves with its end and turns with the line. If the line lengthens, a gap opens in the middle.
+    # Draw each line in two halves: each half moves with its end and rotates with the line. If the line
+    # lengthens, a gap opens in the middle.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
     goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
@@ -219,20 +221,21 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of successive blocks with two neighbours each through which a line of thrust is drawn.
+#: Smallest number of consecutive blocks, with two joints each, through which a line of thrust is drawn.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
 #: Length of the longest resultant in space, relative to the size of the scene. It is larger than in the plane
 #: because one joint may carry most of the force.
 _RESULTANT_IN_SPACE = 0.3
-_SCALE = 0.08  #: Height of the scale of forces above the blocks, relative to the size of the scene.
+_SCALE = 0.08  #: Height of the force scale above the blocks, relative to the size of the scene.
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Return the resultants on the joints' first blocks and their points, in the case's units.
+    """Return the resultant force in each joint, on the first block, and its point of action.
 
-    Both arrays have shape (c, 2), in space (c, 3). In the plane, a resultant acts at the distance m / n from
-    the middle of its joint. All entries are NaN without forces; points are also NaN if nothing presses.
+    Both arrays are in the case's units and have shape (c, 2), in space (c, 3). In the plane, a resultant acts
+    at the distance m / n from the middle of its joint. All entries are NaN without forces; points are also
+    NaN if nothing presses.
     """
     joints, frame = result.assembly.joints, result.joints
     if result.contacts is not None:
@@ -248,8 +251,8 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     """Return the pairs of joints that a line of thrust connects, shape (pairs, 2).
 
-    Each pair belongs to a movable block with exactly two joints, both of which press. Such a block must lie
-    in a row of at least ``_CHAIN`` of them. ``acts``, shape (c,), is True for joints that press.
+    Each pair belongs to a movable block with exactly two joints, both in compression. The block must be in a
+    row of at least ``_CHAIN`` such blocks. ``acts``, shape (c,), is True for joints in compression.
     """
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
@@ -265,7 +268,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield marks of the resultants, each with its middle at its point of action, and of their scale.
+    """Yield marks of the resultant forces, centred at their points of action, and of their scale.
 
     In the plane, lines of thrust are drawn too. Along such a line, only resultants on supports are shown. In
     space, forces at contact points are drawn too, with thinner lines.
@@ -294,7 +297,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
         carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
         lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
-        entry = "force at a contact point, one state of many"
+        entry = "force at a contact point (one of many possible states)"
         yield Marks("contacts", entry, "line", colours.AT_POINT, width, lines)
     lines, width = _through(point[is_shown], unit * force[is_shown], 0.8, 1.6)
     yield Marks("resultants", label, "line", colours.THRUST, width, lines)
@@ -304,13 +307,19 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
 
 
 def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Yield marks of lines of thrust, shape (pairs, 2, 2), and of their points, shape (points, 1, 2)."""
+    """Yield marks for the segments and the points of lines of thrust.
+
+    Segments have shape (pairs, 2, 2), points have shape (points, 1, 2).
+    """
     yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, lines)
     yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, points)
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a bar with the length of a round force up to ``largest``; ``unit`` is the length per force."""
+    """Return a scale bar that shows the length of a round force not above ``largest``.
+
+    ``unit`` is the drawn length of a unit force.
+    """
     scale = round_below(largest)
     left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
     origin = [left, top + _SCALE * size_of(assembly)]
@@ -319,34 +328,34 @@ def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
 
 
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
-    """Return lines with their middle at points, and their width, which is smaller for more lines."""
+    """Return lines centred at the points ``at``, and their width; more lines are drawn thinner."""
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
 
 
 def round_below(most: float) -> float:
-    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten."""
+    """Return the largest number not above ``most`` that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(most))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield lines of joints, in space of their outlines, coloured by utilisation.
+    """Yield the lines of joints (in space: of joint outlines), coloured by utilisation.
 
-    Lines with larger utilisation are drawn later, over the others. Lines of idle joints are thin.
+    Lines with larger utilisation are drawn later, on top. Lines of joints without force are thin.
     """
     ends, joint = result.assembly.joints.lines()
     used, steps = result.joints["utilisation"].to_numpy()[joint], len(colours.UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((colours.IDLE, *colours.UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
-        # Lines are also wider for larger utilisation, for readers of grey prints.
+        # Lines are also wider at larger utilisation, to distinguish them in grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
         lines = Marks(name, label, "line", colour, width * shrink_of(result.assembly), ends[step == number])
         yield from joint_marks(lines)
 
 
 def utilisation_label(assembly: Assembly) -> str:
-    """Return the legend entry of the colours of utilisation."""
+    """Return the label of the colour bar of utilisation."""
     limit = "slide, hinge or crush" if assembly.scene.dimension == 2 else "slide"
     return f"utilisation of joints (1: about to {limit})"

@@ -8,24 +8,27 @@ from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.motion import joint_motion, joints_that_move
 from masonry_opt.answer.outcome import Outcome
 
-#: Number of keyframes from rest to the last load that is carried. If larger, pages are larger; if smaller,
-#: more steps of a long history are left out.
+#: Number of keyframes from rest to the incremental load factor. A larger value makes larger pages; a smaller
+#: value omits more steps of a long load history.
 KEYFRAMES = 45
-#: Number of keyframes of the collapse, after those of the load history. If larger, pages are larger.
+#: Number of keyframes of the collapse, which follow the load history. A larger value makes larger pages.
 COLLAPSE_FRAMES = 15
-#: Largest displacement in the last keyframe, relative to the largest under the last load that is carried. If
-#: larger, the load history before the collapse is drawn smaller.
+#: Largest displacement in the last keyframe, relative to the largest displacement at the incremental load
+#: factor. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Keyframes:
-    """States of the blocks at k instants from rest to collapse."""
+    """States of the blocks and joints at k instants from rest to collapse, for an animation."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    displacement: np.ndarray  #: displacement of the live load, in elastic displacements, shape (k,)
-    d: np.ndarray  #: displacements of the blocks since the dead load, shape (k, 3b)
-    has_slid: np.ndarray  #: True for joints that slide at this keyframe or an earlier one, (k, joints)
+    #: Displacement of the live load, shape (k,); the unit is the closing of a joint with the mean force under
+    #: dead load.
+    displacement: np.ndarray
+    d: np.ndarray  #: displacements of the blocks from the state under dead load, shape (k, 3b)
+    #: True for joints that slide at this keyframe or at an earlier keyframe, shape (k, joints).
+    has_slid: np.ndarray
     is_open: np.ndarray  #: True for joints that are open at one end or both, shape (k, joints)
 
 
@@ -43,7 +46,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
     all_d = np.stack([step.d for step in history.steps])
     d = (1 - share) * all_d[before] + share * all_d[before + 1]
     load_factor = np.interp(step_number, np.arange(len(history.steps)), history.load_factors)
-    # Joints change state at load steps only: between two steps they have the state of the earlier step.
+    # Between two load steps, joints keep the state of the earlier step.
     sliding, are_open = (
         joints[step_number.astype(int)] for joints in joints_that_move(result.assembly, history.steps)
     )
@@ -60,7 +63,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements, shape (frames, 3b), that continue the last ones along the collapse mechanism."""
+    """Return displacements that continue from the last keyframe along the mechanism, shape (frames, 3b)."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]
@@ -69,9 +72,9 @@ def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def _evenly_along(displacement: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
-    """Return fractional load step numbers, evenly spaced along the load–displacement curve, shape (k,).
+    """Return k points, evenly spaced along the load–displacement curve, as fractional load step numbers.
 
-    A load step near one of the even points replaces this point, so that its number is whole.
+    Each load step replaces the point nearest to it, so that the number of this point is whole.
     """
     steps = np.hypot(
         np.diff(displacement) / (np.ptp(displacement) or 1.0),

@@ -31,23 +31,24 @@ from masonry_opt.scene.tables import library
 from masonry_opt.words.page import answer, begins, certificate, described, headline, load_factor_rows, text
 from masonry_opt.words.sentences import message, numeral, sentences
 
-HISTORY = "history"  #: Name of the layer of joints that have slid or opened along the load history.
-#: Number of whole units that represent a rotation of one radian in a page. If smaller, rotations are drawn
-#: less smoothly.
+HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
+#: Integer that represents a rotation of one radian in the data of a page. A smaller value makes animated
+#: rotations less smooth.
 _TURN = 100_000
 
-#: Number of units of a figure in space along the scene's size. Coordinates are rounded to whole units, which
-#: keeps pages of large scenes short.
+#: Size of the scene in the integer units of a figure in space. Coordinates are rounded to whole units; a
+#: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half the width of a mark that is one point wide and seen through blocks, relative to the size of the scene.
+#: Half width of a mark that is seen through blocks and has a nominal width of one point, relative to the size
+#: of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Half the width of any other mark that is one point wide, relative to the size of the scene.
+#: Half width of any other mark with a nominal width of one point, relative to the size of the scene.
 _RADIUS = 1 / 500
-#: Upper limit of the half width ``_RADIUS``, relative to the side of a joint of median area.
+#: Upper limit of the half width ``_RADIUS``, relative to the side length of a joint of median area.
 _OF_JOINT = 1 / 80
 
-#: Last characters of three.js in the pages that trimesh writes.
+#: End of the script three.js in the pages that trimesh writes.
 _END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
@@ -59,18 +60,22 @@ def refuse_saving(
     force: bool = False,
     view: ViewAngles | None = None,
 ) -> None:
-    """Raise OptionError if a result cannot be written with these options; call this before long work."""
+    """Raise OptionError if a result cannot be saved with these options.
+
+    Call this function before a long analysis.
+    """
     refuse_kind(kind, names)
     refuse_view(scene, view)
     if is_page(path) and names:
-        raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
+        remedy = "omit 'names'; point at a joint to see its blocks"
+        raise OptionError(f"{path}: a page shows no names of blocks: {remedy}")
     refuse_file(path, force)
     if is_page(path) and scene.dimension == 3:
         three()
 
 
 def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
-    """Return the page of a result as text: load factors, certificate, warnings, and the scene.
+    """Return the HTML page of a result: load factors, certificate, warnings, and a figure of the scene.
 
     One slider follows the load history to collapse, if there is a load history. Another slider moves the
     mechanism. Pointing at a joint shows its forces and motion. ``kind`` is the quantity that joints show
@@ -81,7 +86,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
     def fill_template(name: str) -> str:
-        """Return the text of a template file with the values filled in; "" if there is no such file."""
+        """Return the text of a template with the values filled in; "" if the file does not exist."""
         file = folder.joinpath(name)
         return Template(file.read_text(encoding="utf-8")).substitute(values) if file.is_file() else ""
 
@@ -106,14 +111,15 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     return fill_template("page.html")
 
 
-#: Figure of a page: the name in its file names, the values of its templates, and the data of its script.
+#: Figure of a page: "plane" or "space", which is part of its file names; the values for its templates; and
+#: the data for its script.
 _PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
 def _plane(
     result: Outcome, elements: Elements, _: ViewAngles | None, frames: Keyframes | None
 ) -> _PageFigure:
-    """Return the figure of a scene in the plane, an SVG picture whose elements move."""
+    """Return the figure of a scene in the plane: an SVG picture whose elements the page can move."""
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads} | {f"layer {name}": marks for name, marks in elements.layers.items()}
     drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
@@ -129,9 +135,9 @@ def _plane(
 def _space(
     result: Outcome, elements: Elements, view: ViewAngles | None, frames: Keyframes | None
 ) -> _PageFigure:
-    """Return the figure of a scene in space, which can be turned.
+    """Return the figure of a scene in space, which the reader of the page can rotate.
 
-    The figure includes a fixed picture, for print and for browsers that cannot draw solids.
+    The figure includes a still picture, for print and for browsers that cannot draw solids.
     """
     view = view or best_view(elements)
     rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
@@ -149,7 +155,7 @@ def _space(
 
 
 def caption(elements: Elements) -> str:
-    """Return the caption of a drawing: numbers of blocks and joints, and the name of the motion."""
+    """Return the caption of a drawing: numbers of blocks and joints, and a description of the motion."""
     numbers = counts(elements.assembly)
     if not elements.movement:
         return f"{numbers}, at rest: no motion was found."
@@ -158,7 +164,7 @@ def caption(elements: Elements) -> str:
 
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
-    """Return the buttons that choose the quantity joints show; those without marks are disabled."""
+    """Return HTML buttons that select the quantity drawn on joints; quantities without data are disabled."""
     states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
@@ -166,7 +172,7 @@ def _choices(layers: dict[str, list[Marks]], first: str) -> str:
 
 
 def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
-    """Return one legend for each quantity that joints can show."""
+    """Return the HTML legends, one for each quantity that can be drawn on joints."""
     steps = ", ".join(
         f"{colour} {100 * number / len(UTILISATION):g}% {100 * (number + 1) / len(UTILISATION):g}%"
         for number, colour in enumerate(UTILISATION)
@@ -183,25 +189,26 @@ def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
 
 
 def _curve(result: Outcome) -> str:
-    """Return a picture of λ over displacement; "" if the result has no curve."""
+    """Return the HTML picture of the load–displacement curve; "" if the result has no curve."""
     if result.curve is None or result.curve.empty:
         return ""
     return f'<img class="curve" alt="λ over displacement" src="{curve_picture(result).source("svg")}">\n'
 
 
 def _foot(result: Outcome) -> str:
-    """Return a note with the case file, method, model, solver and version."""
+    """Return an HTML note with the case file, method, model, solver and version."""
     origin = result.assembly.scene.origin
     note = f"method {result.method} ({result.model}, {result.solver}) · masonry_opt {version('masonry_opt')}"
     return f'<p class="note">{text(note if origin == "scene" else f"{origin} · {note}")}</p>\n'
 
 
 def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
-    """Return the blocks of joints and the columns ``names`` of the table of joints, rounded."""
+    """Return the blocks of each joint and the rounded columns ``names`` of the table of joints."""
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
-        # A column may hold rounding errors alone. They are small against the largest force or fastest motion.
+        # Values that are tiny relative to the largest force or the fastest motion are rounding errors and
+        # become zero.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         scales = {"s": force, "torsion": force * length}
@@ -211,15 +218,15 @@ def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
 
 
 def _json(data: dict[str, Any]) -> str:
-    """Return data as JSON without characters that have a meaning in HTML."""
+    """Return data as JSON in which characters with a meaning in HTML are escaped."""
     encoded = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return encoded.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
-    """Return numbers rounded to five digits, with None for NaN.
+    """Return numbers rounded to five significant digits; NaN becomes None.
 
-    Numbers are 0 if they are negligible against the largest of them and ``scale``.
+    Numbers become 0 if they are negligible relative to the largest number and to ``scale``.
     """
     negligible = IDLE * np.nan_to_num(np.abs([*values, scale])).max()
     rounded = (0 if abs(value) <= negligible else float(f"{value:.5g}") for value in values)
@@ -229,14 +236,14 @@ def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
 def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
     """Return the motions of movable blocks at each keyframe, shape (k, b, 3), in space (k, b, 6).
 
-    They are scaled so that the last is a full motion; see ``elements.FULL``.
+    Motions are scaled so that the last motion is a full motion; see ``elements.FULL``.
     """
     assembly = result.assembly
     return np.stack([motion_of(assembly, d, frames.d[-1])[assembly.movable] for d in frames.d])
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return marks without points that define the look of joints that have slid, and of open joints."""
+    """Return the style of joints that have slid and of open joints, as marks without points."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGES, 0.7 * width, no_points, dashes=dashes)
@@ -244,9 +251,10 @@ def history_marks(result: Outcome) -> list[Marks]:
 
 
 def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dict[str, Any]:
-    """Return the data of a page at each keyframe, with ``motions`` in the figure's units.
+    """Return the data with which a page shows the load history, one entry for each keyframe.
 
-    The event of a keyframe is a sentence on the joints that last began to slide or open.
+    ``motions`` are in the figure's units. The event of a keyframe is a sentence about the joints that were
+    the last to start sliding or opening.
     """
     assembly = result.assembly
     moves = np.stack([frames.has_slid, frames.is_open], axis=1)
@@ -260,7 +268,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
         [float(f"{value:.4g}") for value in values] for values in (frames.displacement, frames.load_factor)
     )
     joints = [[np.flatnonzero(row).tolist() for row in table] for table in (frames.has_slid, frames.is_open)]
-    # Lengths and scaled rotations are rounded to whole numbers, which keeps pages of large scenes short.
+    # Round lengths and scaled rotations to integers, which keeps pages of large scenes small.
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
     marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
@@ -269,20 +277,21 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     return data | {"marks": marks, "joints": joints, "events": events}
 
 
-#: Number of blocks above which a notebook shows no picture, because the notebook's file stores all pictures.
+#: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
+#: file too large.
 MOST_BLOCKS = 2000
-_NOTEBOOK_WIDTH = 560  #: Largest width of a result in a notebook, in pixels.
+_NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 
 
 def notebook_html(result: Outcome) -> str:
-    """Return load factor, status, picture and certificate of a result as HTML that needs no other files."""
+    """Return a self-contained HTML summary of a result: load factor, status, picture and certificate."""
     elements = result_elements(result)
     status = text(": ".join(filter(None, (result.status, message(result.reasons, result.method)))))
     lines = [f"<b>{text(elements.title)}</b>", f'<span style="font-size:1.4em">{headline(result)}</span>']
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS:
-        # The picture has its own title and legend.
+        # The title and the legend are part of the picture.
         source = elements_picture(elements).source()
         lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
     lines.append(caption(elements))
@@ -296,22 +305,22 @@ def notebook_html(result: Outcome) -> str:
 
 @cache
 def three() -> str:
-    """Return the script three.js with its licence, from a page that trimesh writes.
+    """Return the text of the script three.js with its licence, taken from a page that trimesh writes.
 
     Raises OptionError if trimesh, of the extra "meshes", is not installed, or if its page has another form.
     """
-    why = "pages of solids need trimesh, which brings three.js; install it with: pip install '.[meshes]'"
+    why = "pages of scenes in space need trimesh; install it with: pip install '.[meshes]'"
     trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
     script, end, _ = whole.partition("<script>")[2].partition(_END)
     if not end or "</script" in script:
-        why = "brings no known three.js: install that of constraints.txt"
+        why = "contains an unknown version of three.js: install the version of trimesh in constraints.txt"
         raise OptionError(f"trimesh {trimesh.__version__} {why}")
     return f"{script}{end}"
 
 
 def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any]:
-    """Return the data that ``page_space.js`` draws, with coordinates in whole units of the figure.
+    """Return the data that ``page_space.js`` draws, with coordinates in integer units of the figure.
 
     ``scale`` converts lengths of the case to units of the figure.
     """
@@ -319,22 +328,22 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Numbers of the distinct motions of marks. Motion 0 is zero at first. The script replaces it with the
-    # motion of the selected joint.
+    # Index of each distinct motion of marks. Motion 0 is initially zero; the page's script replaces motion 0
+    # with the motion of the selected joint.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:
-        """Return points in units of the figure, as one list of coordinates."""
+        """Return the coordinates of points in integer units of the figure, as one flat list."""
         whole: list[int] = np.rint(points * scale).astype(int).ravel().tolist()
         return whole
 
     def in_figure(motion: np.ndarray) -> tuple[float, ...]:
-        """Return a motion, shape (6,), in units of the figure, rounded."""
+        """Return a motion, shape (6,), in units of the figure, with rounded components."""
         moved = np.round(motion[:3] * scale, 1) + 0.0
         return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
 
     def drawn_as(marks: Marks) -> dict[str, Any]:
-        """Return the data of marks."""
+        """Return points, style and motion of marks as data for the script."""
         motion = None
         if marks.motion is not None:
             motion = [table.setdefault(in_figure(each), len(table)) for each in marks.motion]

@@ -28,10 +28,11 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 
 _LEAST_NAME = 3.0  #: Smallest font size of block names, in points.
-#: Smallest font size of block names in scenes with many blocks, in points. Tiny names can be read in an
-#: enlarged picture.
+#: Smallest font size of block names in scenes with many blocks, in points. Such names are legible in an
+#: enlarged picture only.
 _TINY_NAME = 1.0
-_MANY = 200  #: Number of blocks above which names may be tiny and have no white rim.
+#: Largest number of blocks in a scene whose names have at least size ``_LEAST_NAME`` and a white rim.
+_MANY = 200
 
 
 def draw(
@@ -75,13 +76,13 @@ def draw(
 
 
 def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | None = None) -> Picture:
-    """Draw an assembled scene; see :func:`draw`."""
+    """Draw an assembled scene as :func:`draw` does, with the scene's warnings below the picture."""
     notes = tuple(f"warning: {sentence}" for sentence in doubts(assembly))
     return elements_picture(scene_elements(assembly), "scene", names, view, notes)
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
-    """Yield sentences on blocks that touch nothing, which analyses refuse, and the scene's warnings."""
+    """Yield a scene's errors and warnings as sentences, such as blocks that touch no other block."""
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second
@@ -94,7 +95,7 @@ def doubts(assembly: Assembly) -> Iterator[str]:
 def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
-    """Draw a result; see :meth:`Result.plot`."""
+    """Draw a picture of a result; its parameters and exceptions are those of :meth:`Result.plot`."""
     figure.refuse_kind(kind, names)
     refuse_view(result.assembly.scene, view)
     if kind == figure.CURVE:
@@ -103,7 +104,7 @@ def result_picture(
 
 
 def draw_mechanism(result: Outcome, axes: Axes) -> list[Handle]:
-    """Draw a mechanism in the plane, without loads, on existing axes, and return its legend samples."""
+    """Draw a mechanism in the plane, without loads, on existing axes, and return its legend entries."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]
     _frame(axes, elements, marks, START)
@@ -118,7 +119,7 @@ def elements_picture(
     view: ViewAngles | None = None,
     notes: tuple[str, ...] = (),
 ) -> Picture:
-    """Draw one layer of elements: "scene" for an unsolved scene, or one of ``KINDS`` for a result.
+    """Draw a picture of one kind: "scene" for an unsolved scene, or one of ``KINDS`` for a result.
 
     Parameters and exceptions are those of :func:`draw`. ``notes`` are sentences below the picture.
     """
@@ -132,7 +133,7 @@ def elements_picture(
             solids.draw(names)
             notes = (solids.note, *notes)
         else:
-            # Set the size of the axes first: the font size of names depends on it.
+            # Set the size of the axes first, because the font size of names depends on the size.
             _frame(axes, elements, marks, share)
             figure.fit(made, axes)
             _draw(axes, elements, marks, share)
@@ -158,13 +159,13 @@ def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> 
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Draw supports, outlines at rest, blocks after a share of the full motion, and marks."""
+    """Draw supports, outlines at rest, blocks after a share of the magnified motion, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:
-        """Return the outlines of blocks and of their holes after a share of the full motion."""
+        """Return the outlines of blocks and of their holes after a share of the magnified motion."""
         moved_rings = [
             [moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks
         ]
@@ -181,7 +182,7 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
-    """Write each block's name into the block, as large as fits. The axes' size must be set before."""
+    """Write each block's name in the block, as large as fits; the axes must have their final size."""
     assembly, blocks = elements.assembly, elements.assembly.scene.blocks
     origin = assembly.geometry.origin
     visible_area = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
@@ -199,6 +200,6 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
-        # Names are just above the middle, from which arrows of loads start.
+        # Write names just above the middle of a block, where arrows of loads start.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

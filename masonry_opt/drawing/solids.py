@@ -24,54 +24,60 @@ from masonry_opt.scene.solids import coordinates
 from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 
-ViewAngles = tuple[float, float]  #: Azimuth and elevation of the eye, in degrees.
+ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in degrees.
 
 #: Distance from the movable blocks beyond which supports are cut off, relative to the size of the scene.
 _BEYOND = 0.2
-_HATCH = 0.03  #: Distance of the lines that hatch supports, relative to the size of the scene.
+_HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
 _ROUNDING = 1e-9  #: Distance below which points coincide, relative to the size of the scene.
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths of possible default views, in degrees, in order of preference if several are equally good.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of a mechanism's motion towards the eye, relative to the visible width, in the choice of a view.
+#: Weight of the mechanism's motion towards the viewer, relative to the visible width, in the choice of the
+#: default view.
 _TOWARDS = 0.25
-#: Length in pixels below which a visible piece of a partly hidden line is an artefact of the raster.
+#: Shortest visible piece, in pixels, of a partly hidden line that is drawn; shorter pieces are artefacts of
+#: the depth buffer.
 _SHORT = 3.0
-#: Difference in depth below which nearer points do not hide a point, relative to the picture's longer side.
+#: Largest difference in depth at which a nearer face does not hide a point, relative to the longer side of
+#: the picture.
 _DEPTH = 2e-3
 
-#: Number of pixels along the longer side of the raster. If larger, edges of faces are sharper.
+#: Number of pixels along the longer side of the depth buffer. A larger value makes edges of faces sharper.
 _PIXELS = 1400
 _LIGHT = np.array([-0.35, 0.55, 0.75])  #: Direction towards the light, in the picture's axes.
 _SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to full light.
-#: Share by which faces are mixed with white in pictures of blocks at rest.
+#: Share of white in the colours of faces in pictures of blocks at rest.
 _PALE = 0.55
-_MARGIN = 0.03  #: Free space round the drawn elements, relative to the longer side of their box.
-_AXES = 0.1  #: Largest length of the coordinate axes, relative to the longer side of the drawn elements.
-_LETTERS = 1.4  #: Distance of the letters of the coordinate axes, relative to the length of the axes.
+_MARGIN = 0.03  #: Free space around the drawn elements, relative to the longer side of their bounding box.
+#: Largest length of the drawn coordinate axes, relative to the longer side of the drawn elements.
+_AXES = 0.1
+#: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
+_LETTERS = 1.4
 _LEAST_NAME = 2.0  #: Smallest font size of block names, in points. Names that do not fit are left out.
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Faces, edges and hatching of all blocks. Points are relative to the geometry's origin."""
+    """Faces, edges and hatching of all blocks in space, relative to the geometry's origin."""
 
-    triangles: np.ndarray  #: corners, counter-clockwise seen from outside, shape (triangles, 3, 3)
-    of_triangle: np.ndarray  #: block of each triangle
-    edges: np.ndarray  #: ends of edges, shape (edges, 2, 3)
-    of_edge: np.ndarray  #: block of each edge
-    hatching: np.ndarray  #: lines on supports, shape (lines, 2, 3)
+    #: Corners of triangles on the faces, counter-clockwise from outside, shape (triangles, 3, 3).
+    triangles: np.ndarray
+    of_triangle: np.ndarray  #: index of the block of each triangle, shape (triangles,)
+    edges: np.ndarray  #: both ends of each edge, shape (edges, 2, 3)
+    of_edge: np.ndarray  #: index of the block of each edge, shape (edges,)
+    hatching: np.ndarray  #: ends of the hatching lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return triangles and edges after motions of the blocks, shape (blocks, 6)."""
+        """Return the triangles and the edges after motions of the blocks, shape (blocks, 6)."""
         triangles = moved(self.triangles, motion[self.of_triangle][:, None])
         return triangles, moved(self.edges, motion[self.of_edge][:, None])
 
 
 def surface(elements: Elements) -> Surface:
-    """Return the surface of the scene's blocks. Supports are cut off far from the movable blocks."""
+    """Return the surface of the scene's blocks; large supports are cut off around the movable blocks."""
     assembly, shapes, size = elements.assembly, elements.assembly.geometry, size_of(elements.assembly)
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
@@ -81,7 +87,7 @@ def surface(elements: Elements) -> Surface:
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
     edges, rounding = np.stack([start, end], axis=1), _ROUNDING * size
-    # Keep each edge once, and drop the edges that lie in the planes of cuts.
+    # Keep one copy of each edge, and drop the edges along which supports were cut off.
     ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
     _, unique = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
     on_side = [np.abs(edges - side).max(axis=1).min(axis=1) < rounding for side in (low, high)]
@@ -98,7 +104,7 @@ def surface(elements: Elements) -> Surface:
 
 
 def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
-    """Return triangles that cover the faces, shape (triangles, 3, 3), and the face of each triangle."""
+    """Divide faces into triangles, shape (triangles, 3, 3); return also the face of each triangle."""
     collections = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(collections, return_index=True)
     points, number = shapely.get_coordinates(shapely.orient_polygons(flat), return_index=True)
@@ -106,7 +112,7 @@ def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
-    """Return lines at 45° to the first axis of each face, shape (lines, 2, 3)."""
+    """Return hatching lines at 45° to the first axis of each face, shape (lines, 2, 3)."""
     lines = [np.empty((0, 2, 3))]
     for number, polygon in enumerate(faces.polygon):
         flat = shapely.get_coordinates(hatching(polygon, shapely.bounds(polygon), step))
@@ -115,7 +121,7 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
 
 
 def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
-    """Return all faces after the blocks ``cut`` are intersected with a box from ``low`` to ``high``.
+    """Cut the blocks ``cut`` off outside a box from ``low`` to ``high``, and return all faces.
 
     The result includes the new faces of these blocks in the sides of the box.
     """
@@ -140,7 +146,7 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
 
 def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
-    """Return the section of the convex hull of corners with a plane, in the plane's frame.
+    """Return the section of a convex hull of corners with a plane, in the plane's coordinates.
 
     ``at`` is the index of the plane in ``frames``.
     """
@@ -157,18 +163,20 @@ def refuse_view(scene: Scene, view: object) -> None:
     if view is None:
         return
     if scene.dimension == 2:
-        raise OptionError(f"{scene.origin}: the plane is seen from the front: leave 'view' to solids")
+        raise OptionError(
+            f"{scene.origin}: 'view' applies to scenes in space only: omit 'view' for this scene in the plane"
+        )
     values = view if isinstance(view, list | tuple) else ()
     are_numbers = all(isinstance(angle, int | float) and not isinstance(angle, bool) for angle in values)
     angles = coordinates(values, 2)
     if not are_numbers or angles is None or abs(angles[1]) > 90:
         raise OptionError(
-            f"a view is azimuth and elevation in degrees, as (-60, 22), the latter up to ±90 (found {view!r})"
+            f"'view' must be azimuth and elevation (up to ±90) in degrees, such as (-60, 22) (found {view!r})"
         )
 
 
 def axes_of(view: ViewAngles) -> np.ndarray:
-    """Return unit vectors to the right, upwards and towards the eye in a picture: the rows, shape (3, 3)."""
+    """Return the picture's axes as rows, shape (3, 3): to the right, upwards and towards the viewer."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
     right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])
@@ -176,7 +184,7 @@ def axes_of(view: ViewAngles) -> np.ndarray:
 
 
 def best_view(elements: Elements) -> ViewAngles:
-    """Return the view that shows the scene's wider side and a mechanism that moves towards the eye."""
+    """Choose the view that shows the scene's wider side and a mechanism that moves towards the viewer."""
     low, high = movable_box(elements.assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
     motion, centroid = elements.motion, elements.assembly.geometry.centroid
@@ -184,7 +192,7 @@ def best_view(elements: Elements) -> ViewAngles:
     direction = total / (np.linalg.norm(total) or 1.0)
 
     def quality(azimuth: float) -> float:
-        """Return the visible width plus the weighted motion towards the eye."""
+        """Return the quality of a view: visible width plus weighted motion towards the viewer."""
         right, _, towards = axes_of((azimuth, 0.0))
         return float(np.abs(right[:2]) @ wide + _TOWARDS * direction @ towards)
 
@@ -193,14 +201,15 @@ def best_view(elements: Elements) -> ViewAngles:
 
 @dataclass(frozen=True)
 class Raster:
-    """Depth and number of the nearest triangle at each pixel of a picture (a depth buffer)."""
+    """Depth buffer: depth and index of the nearest triangle at each pixel of a picture."""
 
-    corner: np.ndarray  #: lower left corner of the picture, shape (2,)
-    pixel: float  #: side length of a pixel
-    #: Coordinate towards the eye of the nearest triangle, ``-inf`` for pixels without a triangle. Its
-    #: shape is (rows, columns), with the lowest row first.
+    corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
+    pixel: float  #: side length of a pixel, in the case's unit of length
+    #: Coordinate of the nearest triangle towards the viewer, ``-inf`` for pixels without a triangle, shape
+    #: (rows, columns), the lowest row first.
     depth: np.ndarray
-    triangle: np.ndarray  #: number of the nearest triangle, -1 for pixels without a triangle
+    #: Index of the nearest triangle, -1 for pixels without a triangle, shape (rows, columns).
+    triangle: np.ndarray
 
     def visible(self, lines: np.ndarray) -> np.ndarray:
         """Return the visible pieces of lines, shape (pieces, 2, 3).
@@ -224,7 +233,7 @@ class Raster:
     def sees(self, points: np.ndarray) -> np.ndarray:
         """Return True for points that are visible; points have shape (points, 3), in the picture's axes."""
         rows, columns = self.depth.shape
-        # Points are compared with the farthest of the pixels around, since an edge lies between two faces.
+        # Compare points with the farthest of the neighbouring pixels, because an edge is between two faces.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T
@@ -233,7 +242,7 @@ class Raster:
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
-    """Return the raster of the triangles that face the eye.
+    """Compute the depth buffer of the triangles that face the viewer.
 
     Triangles have shape (triangles, 3, 3), in the picture's axes. ``box`` is the lower left and upper right
     corner of the picture, shape (2, 2). ``pixels`` is the number of pixels along its longer side.
@@ -262,12 +271,12 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
 
 
 class Solids:
-    """Drawing of elements in space and some of their marks, after a share of the full motion."""
+    """Drawing of a scene in space, with marks, after a share of the magnified motion."""
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
     ) -> None:
-        """Compute the raster, and set the limits of matplotlib's axes."""
+        """Compute the depth buffer, and set the limits of matplotlib's axes."""
         self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
         self.turned = axes_of(view)
         self.surface = surface(elements)
@@ -280,7 +289,7 @@ class Solids:
         self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
         self.raster = raster(self.triangles, self.box, _PIXELS)
         self.unit = round_below(_AXES * side)
-        # The coordinate axes are in the lower left corner, or below the picture if blocks cover this corner.
+        # Draw the coordinate axes in the lower left corner, or below the picture if blocks cover the corner.
         around = 2 * _LETTERS * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
@@ -291,13 +300,13 @@ class Solids:
 
     @property
     def note(self) -> str:
-        """Return a sentence with the length of the coordinate axes and the angles of the view."""
+        """Return a note with the length of the drawn coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
         direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
         return f"axes: {self.unit:g} long, in the length unit of the case; {direction}"
 
     def draw(self, names: bool) -> None:
-        """Draw faces, edges, marks and coordinate axes, and names on visible blocks if ``names`` is True.
+        """Draw faces, edges, marks, coordinate axes and, if ``names`` is True, the names of visible blocks.
 
         Lines and marks behind faces are left out, except for marks that are seen through blocks. The size of
         matplotlib's axes must be set before.
@@ -333,7 +342,7 @@ class Solids:
             self._write_names()
 
     def _faces(self) -> np.ndarray:
-        """Return the colours of the pixels as red, green, blue and opacity, shape (rows, columns, 4)."""
+        """Return the colour of each pixel: red, green, blue and opacity, shape (rows, columns, 4)."""
         sides = np.diff(self.triangles, axis=1)
         normal = np.cross(sides[:, 0], sides[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
@@ -343,23 +352,24 @@ class Solids:
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
-        # Index -1 of pixels without a triangle selects the last row, which is transparent.
+        # Pixels without a triangle have index -1, which selects the last row, a transparent colour.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
         return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
-        """Draw the visible pieces of lines, shape (lines, 2, 3), in the picture's axes."""
+        """Draw the visible pieces of lines; lines have shape (lines, 2, 3), in the picture's axes."""
         pieces = list(self.raster.visible(lines)[..., :2])
         self.axes.add_collection(LineCollection(pieces, color=colour, linewidth=width, zorder=order))
 
     def _write_names(self) -> None:
-        """Write the names of visible blocks, as large as fits on their visible parts."""
+        """Write the names of visible blocks, as large as fits on the visible part of each block."""
         raster_of_faces, points_per_unit = self.raster, points_in_unit(self.axes)
         row, column = np.nonzero(raster_of_faces.triangle >= 0)
         block_of = self.surface.of_triangle[raster_of_faces.triangle[row, column]]
         for number in np.unique(block_of):
             pixels = np.column_stack([column, row])[block_of == number]
-            # The middle of the visible pixels may lie off the block, so the nearest of these pixels is used.
+            # The mean of the visible pixels may be outside the block, so use the visible pixel nearest to the
+            # mean.
             middle = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
             wide, high = np.ptp(pixels, axis=0) * raster_of_faces.pixel * points_per_unit
             name = self.elements.assembly.scene.blocks[number].name

@@ -11,18 +11,19 @@ from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import Elements, legend
 from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
 
-#: Length of the picture's longer side, in units of the picture. Coordinates are rounded to whole units, which
-#: keeps files of large scenes short. If larger, files are longer and coordinates more exact.
+#: Length of the picture's longer side, in units of the picture. Coordinates are rounded to whole units. With
+#: a larger value, coordinates are more exact and files are larger.
 SIDE = 10_000
-#: Pixels per point of the widths of marks: screens are read from further away than prints. If larger, marks
-#: are thicker.
+#: Pixels for each point of the widths of marks. The value exceeds 1 because screens are read from farther
+#: away than prints. A larger value makes marks thicker.
 _PIXELS = 1.5
-#: Pixels per point in scenes with many joints, where thicker marks would hide each other.
+#: Pixels for each point of the widths of marks in scenes with many joints, where thicker marks would overlap.
 _PIXELS_OF_MANY = 1.0
-#: Size of motions, in units of the picture, below which an element counts as fixed and no motion is written.
+#: Size of a motion, in units of the picture, below which an element counts as fixed and has no motion
+#: attribute.
 _STILL = 2.0
 _CROSS_STROKE = 1.5  #: Width of the lines of crosses, in points.
-_HATCH_STEP = 150  #: Distance of the lines that hatch supports, in units of the picture.
+_HATCH_STEP = 150  #: Distance between the hatching lines on supports, in units of the picture.
 _LETTER_HEIGHT = 270  #: Height of letters, in units of the picture.
 _LEGEND_DOT = "M14 6h0"  #: Path data of the legend sample of dots, points and squares: a line of zero length.
 _ARROW_HEAD = 0.24  #: Length of an arrow's head, relative to the length of the arrow.
@@ -44,28 +45,28 @@ class Canvas:
         self.height = round((self.top - bottom) * self.scale)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return points of the scene, shape (..., 2), in the coordinates of the picture."""
+        """Convert points of the scene, shape (..., 2), to coordinates of the picture."""
         return np.rint((points - [self.left, self.top]) * [self.scale, -self.scale]).astype(int)
 
     def motions(self, motion: np.ndarray) -> np.ndarray:
-        """Return full motions of the scene, shape (..., 3), in the coordinates of the picture."""
+        """Convert motions, shape (..., 3), from the scene's to the picture's coordinates."""
         vx, vy, omega = np.moveaxis(motion, -1, 0)
         right, down = self.scale * (vx - omega * self.top), -self.scale * (vy + omega * self.left)
         return np.stack([right, down, -omega], axis=-1)
 
     def moves(self, motion: np.ndarray) -> str:
-        """Return attribute ``data-motion`` for a motion of the scene, shape (3,); "" if it is not visible."""
+        """Return the attribute ``data-motion`` of a motion, shape (3,); "" if the motion is invisible."""
         vx, vy, omega = self.motions(motion).tolist()
         if abs(vx) + abs(vy) + SIDE * abs(omega) < _STILL:
             return ""
         return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
 
     def line(self, points: np.ndarray, closed: bool = False) -> str:
-        """Return a polyline through points of the scene as path data: its first point, then steps."""
+        """Return a polyline as SVG path data; points are in the scene's coordinates."""
         return _polyline(self.at(points), closed)
 
     def svg(self, title: str, elements: Iterable[str]) -> str:
-        """Return the whole picture. Screen readers read its title."""
+        """Return the complete SVG picture; the title is for screen readers."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width} {self.height}" role="img" '
             f'aria-label="{escape(title)}" class="picture" style="--ratio: {self.width / self.height:.4f}">'
@@ -74,30 +75,30 @@ class Canvas:
 
 
 def _path(d: str, moves: str = "") -> str:
-    """Return a path with its motion attribute; "" if its path data is empty."""
+    """Return an SVG path with its motion attribute; "" if the path data is empty."""
     return f'<path d="{d}"{moves}/>' if d else ""
 
 
 def _attributes(values: dict[str, object]) -> str:
-    """Return attributes of an element as text, with a hyphen for each underscore in their names."""
+    """Return SVG attributes as text; underscores in their names become hyphens."""
     return "".join(f' {key.replace("_", "-")}="{value}"' for key, value in values.items())
 
 
 def group(name: str, elements: Iterable[str], **attributes: object) -> str:
-    """Return a group of elements that share attributes; "" if there are no elements."""
+    """Return an SVG group of elements with common attributes; "" if there are no elements."""
     inside = "".join(elements)
     return f'<g class="{name}"{_attributes(attributes)}>{inside}</g>' if inside else ""
 
 
 def blocks_svg(elements: Elements, canvas: Canvas) -> str:
-    """Return outlines of movable blocks at rest, all blocks in the scene's order, and hatched supports."""
+    """Return all blocks as SVG: outlines at rest, moved blocks, and hatched supports."""
     assembly, shapes = elements.assembly, elements.assembly.geometry.polygons
     drawn = ["".join(canvas.line(ring, closed=True) for ring in rings) for rings in outlines(shapes)]
     movable = np.isin(np.arange(len(shapes)), assembly.movable)
     rest = "".join(drawn[block] for block in assembly.movable) if elements.movement else ""
     moves = [canvas.moves(motion) for motion in elements.motion]
     groups = []
-    # Successive blocks with equal motions are one group, which moves as a whole.
+    # Consecutive blocks with equal motions form one SVG group, which moves as a whole.
     for (is_movable, motion), run in groupby(
         range(len(shapes)), lambda block: (movable[block], moves[block])
     ):
@@ -114,7 +115,7 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
 
 
 def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
-    """Return lines at 45° on the visible part of supports, and their visible edges, as one path."""
+    """Return the hatching and the edges of the visible part of supports, as one SVG path."""
     whole = shapely.union_all(shapes)
     wide, high = canvas.width / canvas.scale, canvas.height / canvas.scale
     box = canvas.left, canvas.top - high, canvas.left + wide, canvas.top
@@ -125,7 +126,7 @@ def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
 
 
 def marks_svg(marks: Marks, canvas: Canvas) -> str:
-    """Return marks of one kind. Marks with equal motions share one path."""
+    """Return marks of one kind as SVG; marks with equal motions are one path."""
     at = canvas.at(marks.points)
     still = np.zeros((len(at), 3))
     paths: dict[str, str] = {}
@@ -146,7 +147,7 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
 
 
 def _mark(marks: Marks, points: np.ndarray) -> str:
-    """Return one mark as path data. An arrow is a line and the outline of its head."""
+    """Return a mark as SVG path data; an arrow is a line and the outline of its head."""
     if marks.shape == "arrow":
         tail, tip = points
         head = _ARROW_HEAD * (tip - tail)
@@ -163,14 +164,17 @@ def _mark(marks: Marks, points: np.ndarray) -> str:
 
 
 def _polyline(points: np.ndarray, closed: bool = False) -> str:
-    """Return a polyline through points of the picture as path data, without spaces before minus signs."""
+    """Return a polyline as SVG path data; points are in the picture's coordinates."""
     start, steps = points[0], np.diff(points[:-1] if closed else points, axis=0).ravel()
     text = f"M{start[0]} {start[1]}l{' '.join(map(str, steps.tolist()))}{'z' if closed else ''}"
     return text.replace(" -", "-")
 
 
 def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, object]:
-    """Return the attributes of marks' paths. ``pixels`` is the number of pixels per point of their width."""
+    """Return the SVG attributes of marks.
+
+    ``pixels`` is the number of pixels for each point of the marks' width.
+    """
     width = pixels * (_CROSS_STROKE if marks.shape == "cross" else marks.width)
     caps = {"dot": "round", "point": "round", "square": "square"}
     stroke: dict[str, object] = {
@@ -185,7 +189,7 @@ def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, object]:
 
 
 def legend_svg(marks: Iterable[Marks]) -> list[str]:
-    """Return the entries of a legend: block, support, and one entry per label of the marks."""
+    """Return the SVG entries of a legend: block, support, and one entry for each label of the marks."""
     block = f'<path fill="{BLOCK}" stroke="#000" d="M1 1h26v10h-26z"/>'
     support = f'<path fill="{FIXED}" d="M1 1h26v10h-26z"/>'
     hatching = f'<path stroke="{HATCH}" d="M3 11l10-10M11 11l10-10M19 11l8-8"/>'
@@ -201,5 +205,5 @@ def legend_svg(marks: Iterable[Marks]) -> list[str]:
 
 
 def _entry(sample: str, words: str) -> str:
-    """Return an entry of a legend: a small sample picture, and its label."""
+    """Return a legend entry: a small SVG sample, followed by its label."""
     return f'<svg width="28" height="12" fill="none" aria-hidden="true">{sample}</svg> {words}'

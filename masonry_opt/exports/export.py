@@ -1,7 +1,7 @@
 """Function ``export``: the optimisation program of a method as a file for other solvers.
 
-The files are written by Pyomo: linear programs as LP or MPS, all programs as AMPL NL. Solids are written by
-:mod:`.solid_files`.
+The files are written by Pyomo: linear programs as LP or MPS, all programs as AMPL NL. The clauses of a proof
+are written in DIMACS format for SAT solvers. Solids are written by :mod:`.solid_files`.
 """
 
 import io
@@ -32,35 +32,36 @@ from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.proving import prove_least
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.words.sentences import by_sides
 
-#: Limit ε of the products z p ≤ ε that replace complementarity. It must be larger than the feasibility
-#: tolerance of solvers, and small compared with a load factor.
+#: Upper bound ε of the products z p that replaces complementarity. It must be larger than the feasibility
+#: tolerance of solvers and small compared with a load factor.
 EPSILON = 1e-6
 
-#: Declared program, and comments on it, one line each.
+#: A declared program, and the comment lines for its file.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Return the program of associative limit analysis: eq. (9), or eq. (10)."""
+    """Return the program of associative limit analysis, eq. (9) or eq. (10), and its comments."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Return the mixed complementarity problem, which has no objective."""
+    """Return the mixed complementarity problem, which has no objective, and its comments."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
-    return model.program, ["no objective: every state of collapse"]
+    return model.program, ["no objective: every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Return the program with equilibrium constraints, complementarity relaxed to products z p ≤ ε."""
+    """Return the MPEC with complementarity relaxed to z p ≤ ε, and its comments."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
     comment = f"complementarity as products of slack and rate, each at most {EPSILON:g}"
@@ -68,80 +69,85 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Return the mixed-integer program of the least load factor, with a binary variable for each face.
+    """Return the mixed-integer program for the least load factor, and its comments.
 
-    Its bounds of forces and rates are computed first. Raises NoLoadFactorError if the associative load
-    factor is negative.
+    The program has a binary variable for each yield condition. The bounds of its forces and rates are
+    computed first. Raises NoLoadFactorError if the associative load factor is negative.
     """
     problem = assembly.problem
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
         raise NoLoadFactorError(
-            f"{assembly.scene.origin}: the program of 'global' looks for load factors from 0 on, and none is "
-            f"above {associative:g}: turn the live load round"
+            f"{assembly.scene.origin}: the program of 'global' needs a load factor of 0 or more, and none is "
+            f"above {associative:g}: reverse the live load"
         )
     highest = a_little_above(associative)
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if bounds.rates_derived else "is assumed"
     forces = "follow from statics" if bounds.forces_derived else "are assumed where statics set none"
-    # The opening of a rocking face is twice its rate, so that the limit of the rate is halved.
+    # The opening at a rocking condition is twice its rate, so the limit of the rate is halved.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
-    # The slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for rocking, with the limit n̂ of normal forces.
+    # Each slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for rocking. The upper bound of normal forces is
+    # n̂.
     most_slack = 2 * bounds.normal[problem.face_joint]
     limits = ShearLimits.true(problem).at(bounds.normal[problem.sliding])
     most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
-        f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
+        f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
         f"the sum of slips and edge openings is at most {bounds.rates:.9g}, which {rates}",
         f"limits of forces {forces}",
     ]
 
 
 def _objective(words: str, problem: Problem) -> str:
-    """Return the comment on the objective, which is scaled by the live load."""
+    """Return the comment line that explains the objective and its scaling by the live load."""
     by_size = problem.layout.round
-    terms = "live forces and moments, by their sizes" if by_size else "the live load's components"
+    terms = "live forces and moments, by magnitude" if by_size else "the live load's components"
     return f"objective: {words} times {problem.live_norm!r}, the sum of {terms}"
 
 
-#: Functions that declare the program of a method.
+#: Functions that declare a program for export, by the name of the method.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
-    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism; at its least: load_factor"),
+    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism (minimum: load_factor)"),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
 }
 
-#: Names of the parts of a complementary pair, by the names of Pyomo's transformations: the slack, the row
-#: that defines the slack, the product of slack and rate, and the row paired with the rate.
+#: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: the slack, the row that
+#: defines the slack, the product of slack and rate, and the row paired with the rate.
 _PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-_ILLEGAL = r"[^A-Za-z0-9_.]"  #: Characters that some solver does not accept in the names of an LP file.
-#: Largest number of characters of a label: names in LP and MPS files have at most 255, with their kind.
+_ILLEGAL = r"[^A-Za-z0-9_.]"  #: Characters that some solvers reject in names of LP files.
+#: Largest number of characters of a label. Names in LP and MPS files have at most 255 characters, including
+#: their prefix.
 _LONGEST_LABEL = 200
-#: Kinds of variables ("q") and rows ("compatibility") of a joint, by dimension.
+#: Name prefixes of the variables ("q") and rows ("compatibility") of a joint, by dimension.
 _OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
     3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
 }
-#: Kinds of variables ("d") and rows ("equilibrium") of a block, by dimension.
+#: Name prefixes of the variables ("d") and rows ("equilibrium") of a block, by dimension.
 _OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
     3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
 }
-_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}  #: Kinds of the faces of a joint that rock, by dimension.
-_OF_LIMITED = {"q": "T", "compatibility": "length"}  #: Kinds of the variable and the row of a limited force.
-#: Kinds of the variables and rows of a face, by component of the program.
+#: Name prefixes of the rocking conditions of a joint, by dimension.
+_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
+#: Name prefixes of the variable and the row of a limited force.
+_OF_LIMITED = {"q": "T", "compatibility": "length"}
+#: Name prefixes of the variables and rows of a yield condition, by component of the program.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-_SINGLE = ("load_factor", "live_work", "raising", "objective")  #: Components that are single.
+#: Components of the program with a single variable or row.
+_SINGLE = ("load_factor", "live_work", "raising", "objective")
 
 
 def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
-    """Return the labels of joints (in space contact points), movable blocks and limited forces.
+    """Return the labels of joints (in space: contact points), movable blocks and limited forces.
 
     A label follows the kind in a name: ``[A|ground]``, or in the form ``{A|ground}`` that is legal in LP
     files. The order is that of the tables of a result.
@@ -162,7 +168,7 @@ def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
 
 
 def unique(labels: Iterable[str]) -> list[str]:
-    """Return different labels: repeated ones get ``~2``, ``~3``, ... at the end. Long labels are cut."""
+    """Return unique labels: repeated labels end in ``~2``, ``~3``, ..., and long labels are cut."""
     cut = [label[:_LONGEST_LABEL] for label in labels]
     given, different = {*cut}, dict[str, None]()
     for label in cut:
@@ -175,7 +181,7 @@ def unique(labels: Iterable[str]) -> list[str]:
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
-    """Return different names of the variables, constraints and objective of a program, by ``id``."""
+    """Return unique names of the variables, rows and objective of a program, keyed by ``id``."""
     dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
     faces = [*_faces(assembly.problem, joints, limited)]
     by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
@@ -198,7 +204,7 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
 
 
 def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[str]:
-    """Yield the names of the faces without their kind, in the order of the yield conditions."""
+    """Yield the names of the yield conditions without prefix, in their order."""
     senses = range(1, len(problem.layout.senses) + 1)
     slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
     motions = [motion for motion in slides for _ in problem.sliding]
@@ -212,14 +218,14 @@ def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the text of an LP file (CPLEX format)."""
+    """Return the text of an LP file (CPLEX format), keyed by its ending."""
     text = io.StringIO()
     LPWriter().write(program, text, labeler=lambda data: names[id(data)])
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
 def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the text of a free MPS file."""
+    """Return the text of a file in free MPS format, keyed by its ending."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
         labelled = {"labeler": lambda data: names[id(data)]}
@@ -228,8 +234,8 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
 
 
 def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the texts of an AMPL NL file, of the names of its rows and objective, and of its columns."""
-    # An NL file has comments only on its first line, where Pyomo writes the name of the program.
+    """Return the texts of an AMPL NL file and of its lists of row names and column names."""
+    # An NL file has a comment only on its first line, where Pyomo writes the name of the program.
     program.name = "; ".join(header)
     text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
@@ -238,16 +244,18 @@ def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) ->
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
     rows = "".join(lines(written.constraints, written.objectives))
-    # The program is the last file to be written: if it exists, the files of names exist too.
+    # Write the program last: if the .nl file exists, the lists of names exist too.
     return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
 
 
 def _comments(mark: str, lines: list[str]) -> str:
-    """Return lines as comments, each behind a mark."""
+    """Return lines as comments, each with the comment mark of the file format."""
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-#: Functions that return the texts of files by ending, by the ending of the main file.
+CLAUSES_END = ".cnf"  #: Ending of files of clauses.
+
+#: Functions that return the texts of all files of a program, by the ending of the main file.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
@@ -259,7 +267,7 @@ def export(
     *,
     moved: float | None = None,
 ) -> tuple[Path, ...]:
-    """Write the optimisation program of a method for other solvers, or solids for other programs.
+    """Write the optimisation program of a method to a file, or the solids of a scene.
 
     In the file of a program, rows and columns are named by their kind and their blocks. The units are those
     of :class:`~masonry_opt.problem.problem.Problem`, and λ is that of the scene; see
@@ -274,8 +282,9 @@ def export(
     scene: A scene, or the path of a case file; for solids also a result, with its motion and forces.
     path: File to write; its ending is the format. Linear programs, also with binaries: ``.lp``, ``.mps`` or
         ``.nl``. Programs with products or complementary pairs: ``.nl``. The names of the rows and columns of
-        a ``.nl`` file are written to ``.row`` and ``.col`` files. Solids: ``.obj``, ``.glb`` or ``.gltf``
-        (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
+        a ``.nl`` file are written to ``.row`` and ``.col`` files. The clauses of a proof that no state is
+        lower, for SAT solvers: ``.cnf``; :func:`~masonry_opt.prove_least` makes the proof. Solids: ``.obj``,
+        ``.glb`` or ``.gltf`` (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
     method: Method whose program is written: "static", eq. (9), the default; "kinematic", eq. (10); "global"
         (complementarity with a binary for each face; its bounds are computed first, by linear programs);
         "mpec" (with products z p ≤ 10⁻⁶); or "mcp" (with complementary pairs).
@@ -294,39 +303,72 @@ def export(
         If the case file or the scene is wrong, or no block that can move has a live load.
     OptionError
         If the method has no single program or does not support the joints of the scene; if the format cannot
-        contain the program; if a file cannot be replaced; if solids of a plane scene are asked for.
+        contain the program; if a file cannot be replaced; if solids of a plane scene are asked for; if
+        clauses are asked for and there is no proof.
     OutputError
         If a file cannot be written.
     NoLoadFactorError
         If there is no associative load factor that bounds λ of the program of "global".
     """
     if not isinstance(path, str | Path):
-        raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
+        raise OptionError(f"the path of a file must be text or a pathlib.Path (found {path!r})")
     path = Path(path)
     ending = path.suffix.lower()
     if ending in SOLID_ENDS:
         if method is not None:
-            raise OptionError(f"{path}: 'method' goes with programs: give the result of one for its motion")
+            raise OptionError(
+                f"{path}: 'method' applies to programs only: to show a mechanism, pass a result"
+            )
         refuse_unwritable(path, force)
         solids = scene if isinstance(scene, Result) else as_scene(scene)
         write_file(path, solid_file(solids, ending, moved), OutputError)
         return (path,)
     if moved is not None:
-        raise OptionError(f"{path}: 'moved' goes with meshes: {', '.join(SOLID_ENDS[1:])}")
+        raise OptionError(f"{path}: 'moved' applies to meshes only: {', '.join(SOLID_ENDS[1:])}")
+    if ending == CLAUSES_END:
+        if method is not None:
+            raise OptionError(f"{path}: 'method' goes with programs: clauses are those of a proof")
+        refuse_unwritable(path, force)
+        write_file(path, _clauses(path, scene).encode("ascii"), OutputError)
+        return (path,)
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Some methods treat dilatancy that depends on stress by the loop; a single program has a constant one.
+    # Some methods iterate on dilatancy that depends on stress. A single exported program needs constant
+    # dilatancy.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
     program, comments = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly, legal=ending != ".nl")
-    texts = _WRITERS[ending](program, names, [*_header(method, assembly), *comments])
+    texts = _WRITERS[ending](program, names, [*_header(f"program of method {method}", assembly), *comments])
     paths = {end: path.with_suffix(path.suffix if end == ending else end) for end in texts}
     write_together({paths[end]: text for end, text in texts.items()})
     return tuple(reversed(paths.values()))
+
+
+def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
+    """Return the text of a DIMACS file: the clauses of a proof, and a comment for each variable.
+
+    The proof is that of a result, or else made here. Raises OptionError if there is none.
+    """
+    proof, why = None, ""
+    if isinstance(scene, Result):
+        assembly, proof = scene.assembly, scene.proof
+    else:
+        assembly = assemble(as_scene(scene))
+    if proof is None:
+        found = prove_least(assembly.scene)
+        proof, why = found.proof, found.why
+    if proof is None:
+        raise OptionError(f"{path}: clauses are those of a proof, and there is none: {why}")
+    joints, _, limited = _labels(assembly, legal=True)
+    faces = [
+        f"variable {number}: {face}"
+        for number, face in enumerate(_faces(assembly.problem, joints, limited), 1)
+    ]
+    return _comments("c", [*_header("clauses of a proof", assembly), *faces]) + proof.to_dimacs()
 
 
 def _refuse_program(path: Path, method: str, force: bool) -> None:
@@ -334,8 +376,8 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
     ending = path.suffix.lower()
     if method not in _EXPORTS:
         why = "solves a series of programs" if method in METHODS else "is unknown"
-        raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
-    # Only .nl files can contain products of variables and complementary pairs.
+        raise OptionError(f"method '{method}' {why}; methods with a single program: {', '.join(_EXPORTS)}")
+    # Only the .nl format can represent products of variables and complementary pairs.
     endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
     if ending not in endings:
         is_program = ending in _WRITERS
@@ -348,17 +390,17 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
             refuse_unwritable(path.with_suffix(names), force)
 
 
-def _header(method: str, assembly: Assembly) -> list[str]:
-    """Return the first comments of a program: method, case, sizes and units, in ASCII."""
+def _header(contents: str, assembly: Assembly) -> list[str]:
+    """Return the comment lines at the top of a file in ASCII: contents, case, sizes and units."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     points = f", contact points: {problem.joints}" if problem.layout.round else ""
     friction = by_sides(problem.layout) if len(problem.sliding) else "unlimited"
     lines = [
-        f"{MARK}: program of method {method} for {name}",
+        f"{MARK}: {contents} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
-        f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
-        "factor is the same in both",
+        f"units: force {problem.force_unit!r}, length {problem.length_unit!r} in units of the case; the load "
+        "factor is that of the case",
     ]
     return [line.encode("ascii", "replace").decode() for line in lines]

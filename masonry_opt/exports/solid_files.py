@@ -21,16 +21,17 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
-SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Endings of the names of files of solids.
-_SUPPORT = "fixed"  #: Prefix of the names of supports in meshes.
-#: Name of a block, True if it is fixed, its corners, and its faces: indices of corners, normals outwards.
+SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Endings of the names of files with solids.
+_SUPPORT = "fixed"  #: Prefix of the names of supports in mesh files.
+#: Name of a block, True if the block is fixed, its corners, and its faces as lists of corner indices with
+#: normals outwards.
 _Body = tuple[str, bool, np.ndarray, list[list[int]]]
-#: Rotation from the z axis upwards to the y axis upwards, the convention of glTF.
+#: Rotation that turns the z axis, upwards here, to the y axis, upwards in glTF.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | bytes:
-    """Return the content of a file of solids.
+    """Return the content of a file with the solids of a scene or result.
 
     Raises OptionError if the scene has no solids, the share is wrong, or trimesh is missing.
 
@@ -43,17 +44,17 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
     result = solids if isinstance(solids, Result) else None
     scene = solids.assembly.scene if isinstance(solids, Result) else solids
     if scene.dimension == 2:
-        raise OptionError(f"{scene.origin}: files of solids are of scenes in space: see masonry_opt.extrude")
+        raise OptionError(f"{scene.origin}: only scenes in space have solids: see masonry_opt.extrude")
     if end == ".json":
         if share is not None:
-            raise OptionError("COMPAS data has blocks at rest and motions beside: leave 'moved' to meshes")
+            raise OptionError("COMPAS data has blocks at rest and separate displacements: omit 'moved'")
         return _compas(result.assembly if result else assemble(scene), result)
     number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
     if share is not None and not number:
-        raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
+        raise OptionError(f"'moved' must be a number, as a fraction of the full motion (found {share!r})")
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):
-        raise OptionError("'moved': no motion is known: leave it out, or give a result with a mechanism")
+        raise OptionError("'moved' needs a motion: omit 'moved', or pass a result with a mechanism")
     origin, motion = np.zeros(3), np.zeros((len(scene.blocks), 6))
     if elements:
         origin = elements.assembly.geometry.origin
@@ -63,7 +64,10 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
-    """Return the blocks displaced by motions about an origin, shape (blocks, 6), supports marked by name."""
+    """Return the displaced blocks; the names of supports begin with a prefix.
+
+    The motions, shape (blocks, 6), are about the given origin.
+    """
     bodies = []
     for block, block_motion in zip(scene.in_space(), motion, strict=True):
         needs_prefix = block.fixed and not block.name.startswith(_SUPPORT)
@@ -75,7 +79,7 @@ def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Return corners and faces of all parts; each part is a closed surface with normals outwards."""
+    """Return the corners and faces of all parts; each part is closed, with normals outwards."""
     corners: list[np.ndarray] = []
     faces: list[list[int]] = []
     for part in parts:
@@ -101,7 +105,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
     trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
-        # The faces are convex, so that a fan of triangles from the first corner covers each of them.
+        # Faces are convex: a fan of triangles from the first corner covers each face.
         triangles = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, triangles, process=False)
         colour = trimesh.visual.color.hex_to_rgba(FIXED if fixed else BLOCK)
@@ -117,7 +121,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """Return the JSON of a compas_assembly Assembly: blocks by name, joints as interfaces of two blocks.
+    """Return the JSON of a compas_assembly Assembly: named blocks, and joints as interfaces.
 
     With a result the interfaces have the forces on the first block at each contact point, and velocities are
     displacements. ``c_np - c_nn`` is the force along the z axis of the interface, which points into the first
@@ -147,7 +151,7 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
-    """Return an object of COMPAS with its type."""
+    """Return COMPAS data together with its type."""
     return {"dtype": kind, "data": data}
 
 
@@ -164,7 +168,7 @@ def _mesh(block: Solid) -> dict[str, Any]:
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
-    """Return a COMPAS interface for each joint, with forces if the result has them."""
+    """Return one COMPAS interface for each joint, with forces if the result has forces."""
     contacts, origin = assembly.joints, assembly.geometry.origin
     force = None
     if result is not None and result.contacts is not None and result.contacts["n"].notna().all():

@@ -33,18 +33,19 @@ from masonry_opt.words.sentences import message, numeral
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
-#: Relative difference up to which the live load of a kinematic check equals the weights of the pushed blocks.
+#: Largest relative difference between the live load of a kinematic check and the weight of the loaded blocks.
 _WEIGHT_TOLERANCE = 1e-2
-#: Vertical share of the live load up to which a kinematic check takes the live load as level.
+#: Largest vertical share of a live load that counts as horizontal in a kinematic check.
 _LEVEL_TOLERANCE = 1e-6
-#: A control point that moves less than this share of the greatest rate does not move along the live load.
+#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. A
+#: control point with a smaller rate is refused.
 _LEAST_RATE = 1e-6
-#: Events that a picture marks, by code: legend, colour and marker.
+#: Legend entry, colour and marker of the events that a picture marks, by code.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGES, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
-#: Names of the parts of a scene that a capacity curve does not follow, by the role of their limited forces.
+#: Names of the parts of a scene for which no capacity curve can be computed, by the role of their forces.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -56,7 +57,7 @@ _NOT_FOLLOWED = {
 def capacity(
     result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
-    """Follow the mechanism of a result by finite rotations, down to λ = 0.
+    """Return the capacity curve of a result: λ over displacement from the onset of collapse down to λ = 0.
 
     In the plane joints stay closed, hinge in a corner, open completely or close again. λ is in equilibrium
     with the displaced blocks, and a linear program shows at each state that admissible forces exist. Loads
@@ -91,16 +92,16 @@ def capacity(
         If the result has no load factor.
     """
     if not isinstance(result, Result):
-        raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
+        raise OptionError("the capacity curve needs a result: call mo.capacity(mo.solve(scene))")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     not_followed = _not_followed(assembly)
     if not_followed:
-        known = "the capacity curve follows joints that hinge, open and close, and nothing else"
-        remedy = f"leave out {' and '.join(not_followed)}, or find the load factor alone with 'solve'"
+        known = "a capacity curve can be computed only for joints that hinge, open and close"
+        remedy = f"omit {' and '.join(not_followed)}, or compute only the load factor with 'solve'"
         raise OptionError(f"{result.case}: {known}: {remedy}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
-        raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
+        raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
     control = _control(result, live, block, point)
     path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
@@ -112,9 +113,9 @@ def capacity(
 
 
 def _not_followed(assembly: Assembly) -> list[str]:
-    """Return the names of the parts of a scene that a capacity curve does not follow.
+    """Return the names of the parts of a scene for which no capacity curve can be computed.
 
-    In space the curve follows ties and props.
+    In space, ties and props are possible.
     """
     roles = dict.fromkeys(force.role for force in assembly.limited)
     if assembly.scene.dimension == 3:
@@ -124,13 +125,14 @@ def _not_followed(assembly: Assembly) -> list[str]:
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
-    """Return the forces whose mean displacement, each along its own direction, is reported.
+    """Return the forces that define the control displacement: the mean displacement along the forces.
 
-    Without a block these are the live loads. With a block it is their resultant at the control point.
+    Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
+    at the control point.
     """
     if block is None:
         if point is not None:
-            raise OptionError("the control point belongs to a block: give 'block' (--block) too")
+            raise OptionError("the control point needs a block: give 'block' (--block) too")
         return live
     assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
     if block not in names:
@@ -138,7 +140,7 @@ def _control(result: Result, live: Forces, block: str | None, point: tuple[float
         raise OptionError(f"{result.case}: block: {none}")
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > _LEAST_RATE * lengths(live.force).sum():
-        raise OptionError("the live load has no resultant to measure along: leave 'block' out")
+        raise OptionError("the live load has no resultant, so its direction is undefined: omit 'block'")
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:
         position = coordinates(point, len(at))
@@ -177,12 +179,12 @@ class Capacity:
 
     @property
     def reaches_zero(self) -> bool:
-        """True if the curve comes down to λ = 0."""
+        """True if the capacity curve ends at λ = 0."""
         return self.end.code is Code.REACHES_ZERO
 
     @property
     def message(self) -> str:
-        """Reason why the curve ends, as a sentence."""
+        """Reason why the capacity curve ends, as a sentence."""
         return message((self.end,))
 
     @property
@@ -191,7 +193,7 @@ class Capacity:
         return float(self.table["displacement"].iloc[-1]) if self.reaches_zero else None
 
     def poses(self, row: int) -> np.ndarray:
-        """Return the poses (x, y, θ) of the movable blocks in a row of the table, shape (b, 3).
+        """Return the poses (x, y, θ) of the movable blocks in one state of the curve, shape (b, 3).
 
         A pose is a rotation by θ about the origin of the geometry, then a translation by (x, y), in the
         units of the case. In space the shape is (b, 6): a translation and a rotation vector.
@@ -200,7 +202,7 @@ class Capacity:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """States of the curve, one row each; the first is at rest.
+        """States of the capacity curve as a table with one row for each state; the first state is at rest.
 
         ``displacement`` is that of the control point, and ``rotation`` (rad) that of the block that turns
         most. ``dead_work`` and ``live_work`` are done from rest, the live work by the live load for λ = 1.
@@ -211,7 +213,7 @@ class Capacity:
         return pd.DataFrame([self._row(number) for number in range(len(self.steps))])
 
     def _row(self, number: int) -> dict[str, Any]:
-        """Return a row of the table by its number."""
+        """Return the values of one state of the curve: a row of ``table``."""
         step, poses, states = self.steps[number], self.poses(number), self.joints(number)["state"]
         acting = self.control, self.dead, self.live
         control, dead, live = (_work(forces, moved(forces, poses).point) for forces in acting)
@@ -223,7 +225,7 @@ class Capacity:
         return row | {"event": event, "pairs": values.get("pairs", [])}
 
     def joints(self, row: int = -1) -> pd.DataFrame:
-        """Return the joints of a state as a table, one row a joint.
+        """Return the joints in one state of the curve, as a table with one row for each joint.
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
@@ -237,7 +239,8 @@ class Capacity:
         state = np.full(len(points), "separated", dtype="<U9")
         state[touching > 0] = "hinged"
         state[(touching > 0) & (touching == points)] = "closed"
-        # A corner of one block on an edge of another rotates while its only point stays closed.
+        # A corner of one block on an edge of another block has one contact point: while the point is closed,
+        # the joint is a hinge.
         hinged = (state == "hinged") | ((touching == 1) & (points == 1))
         position = placed(at, step.poses[joints.first]) + assembly.geometry.origin
         position[~hinged] = np.nan
@@ -253,9 +256,9 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Sizes of the live forces, shape (f,), their rates at the onset, shape (f,), and the control rate.
+        """Live forces, the rates of their points at the onset, shape (f,) each, and the control point's rate.
 
-        The control rate is that of the control point.
+        Forces are magnitudes; rates are measured along the forces.
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -273,7 +276,7 @@ class Capacity:
         ultimate: float = 0.4,
         secant: float = 0.4,
     ) -> KinematicCheck:
-        """Make the linear and the non-linear kinematic check of the Italian code for an earthquake.
+        """Make the linear and non-linear kinematic checks of the Italian building code for an earthquake.
 
         The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3. The live load must be that of
         1 g: level forces that equal the weights of the masses that take part.
@@ -303,15 +306,15 @@ class Capacity:
         """
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
-            needed = "an earthquake of the whole weights, level: give it coefficient 1 and no vertical part"
+            needed = "a horizontal earthquake of 1 g: set its coefficient to 1 and omit the vertical part"
             raise OptionError(f"{case}: the check needs {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(f"{case}: no curve to check: {self.message}")
         share = self._share_of_weight() if quake is None else None
         if share is not None:
-            needed = "a live load that pushes every mass with its weight"
-            found = f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level"
-            ways = "'live_per_weight = [1, 0]', or a level [earthquake]"
+            needed = "a horizontal live load on every mass, equal to its weight"
+            found = f"this live load is {share:.3g} times the weight of the loaded blocks, or not horizontal"
+            ways = "'live_per_weight = [1, 0]' or a horizontal [earthquake]"
             raise OptionError(f"{case}: the check needs {needed}: {found}: give {ways}")
         values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
         values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
@@ -320,9 +323,9 @@ class Capacity:
         return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values, rests_on)
 
     def _share_of_weight(self) -> float | None:
-        """Return the ratio of the live load to the weight of the blocks that it pushes.
+        """Return the ratio of the live load to the weight of the loaded blocks.
 
-        Returns None if the live load is level and the ratio is 1.
+        Returns None if the live load is horizontal and the ratio is 1.
         """
         problem, down = self.result.assembly.problem, self.result.assembly.scene.down
         live, dead = problem.forces(problem.live), problem.forces(problem.dead)
@@ -333,19 +336,23 @@ class Capacity:
         return None if level and abs(share - 1) <= _WEIGHT_TOLERANCE else share
 
     def plot(self, row: int | None = None) -> "Picture":
-        """Return a matplotlib figure of the curve, or of the displaced blocks in a row of the table.
+        """Return a matplotlib figure of the curve or, if ``row`` is given, of the displaced blocks.
+
+        The blocks are drawn in the state of this row of ``table``.
 
         Raises OptionError if the table has no such row.
         """
         if row is None:
             return self._curve()
         if not isinstance(row, int) or not -len(self.steps) <= row < len(self.steps):
-            raise OptionError(f"there is no row {row!r}: the table has {len(self.steps)}, the first is 0")
+            raise OptionError(
+                f"there is no row {row!r}: the table has {len(self.steps)} rows, numbered from 0"
+            )
         return self._displaced(row)
 
     def _curve(self) -> "Picture":
-        """Return the picture of λ over the displacement of the control point."""
-        # Importing matplotlib takes longer than most curves: it is imported here, not at the top.
+        """Return a picture of λ over the displacement of the control point."""
+        # Importing matplotlib takes longer than computing most curves, so it is imported only for a picture.
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, mover = self.table, "the live load" if self.control is self.live else "the control point"
@@ -369,7 +376,7 @@ class Capacity:
         return picture
 
     def _displaced(self, row: int) -> "Picture":
-        """Return the picture of the blocks in a row of the table, to scale, with hinges and open joints."""
+        """Return a picture, to scale, of the displaced blocks in one state of the curve."""
         from masonry_opt.drawing.pictures import elements_picture
 
         assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
@@ -396,7 +403,7 @@ class Capacity:
         )
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
-        """Write the picture of ``plot`` to a file (.png, .svg, .pdf).
+        """Write the picture that ``plot`` returns to a file (.png, .svg, .pdf).
 
         The file is written completely or not at all. Raises OptionError if the name has another ending, or
         if the file exists and must not be replaced (see ``force``).
@@ -405,14 +412,14 @@ class Capacity:
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings about inputs of the scene that look unintended, as sentences."""
+        """Warnings about probable mistakes in the scene, as sentences."""
         return self.result.warning_sentences
 
     def __str__(self) -> str:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
+        """Return the printed results as text, by label."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {
@@ -442,12 +449,12 @@ class Capacity:
         }
 
     def to_json(self) -> str:
-        """Return ``as_dict`` as one JSON object."""
+        """Return the content of ``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
 def _size(forces: Forces) -> float:
-    """Return the sum of the absolute values of forces."""
+    """Return the sum of the magnitudes of forces."""
     return float(lengths(forces.force).sum())
 
 

@@ -21,21 +21,23 @@ from masonry_opt.result import Result
 from masonry_opt.scene.rows import lengths
 from masonry_opt.words.names import some
 
-#: Deviation from a rotation of one rigid body about an edge that is tolerated, relative to the speed of the
-#: fastest corner and to the size of the scene. Larger values treat more mechanisms as such a rotation.
+#: Largest deviation of a mechanism from the rotation of one rigid body about an edge, relative to the speed
+#: of the fastest corner and to the size of the scene. A larger value treats more mechanisms as such a
+#: rotation.
 _ROTATION_TOLERANCE = 1e-3
-#: Relative distance that the path keeps from an angle at which λ grows without bound.
+#: Relative distance between the last angle of a path and an angle at which λ grows without bound.
 _POLE_DISTANCE = 1e-3
-#: Joints whose rate exceeds this share of the largest rate are reported as opening or sliding.
+#: Smallest opening or slip rate of a joint, relative to the largest rate, at which the joint is reported as
+#: opening or sliding.
 _REPORTED_SHARE = 1e-3
-#: Number of angles up to a quarter turn between which the end of the path is bracketed.
+#: Number of angles up to 90° at which the moments are computed to bracket the end of the path.
 _BRACKETING_ANGLES = 2000
-#: Angle (rad) of the finite difference that shows if ties and props lengthen or shorten.
+#: Angle (rad) of a finite difference with which ties and props are tested for lengthening or shortening.
 _DIFFERENCE_ANGLE = 1e-6
 
 
 class EdgePath:
-    """Path of a mechanism in space: one rigid body turns about an edge.
+    """Path of a mechanism in space in which one rigid body rotates about an edge.
 
     Equilibrium of moments about the edge gives λ at every angle. A linear program shows at each state that
     admissible contact forces exist. Poses are a translation and a rotation vector of each block, shape
@@ -68,16 +70,16 @@ class EdgePath:
             self.end = reason(Code.NOT_HINGING, associative=upper, pairs=[], turning=turning)
 
     def _find_edge(self, result: Result) -> None:
-        """Find the blocks that turn, the joints around them, and the edge about which they turn."""
+        """Find the blocks that rotate, the joints around these blocks, and the edge of rotation."""
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
-        refused = f"{result.case}: in space the capacity curve is of one body that turns about an edge"
+        refused = f"{result.case}: in space a capacity curve needs one rigid body that rotates about an edge"
         slides = joint_motion(assembly, result.solution).slides
         if slides.any():
             pairs = assembly.pairs_of(np.flatnonzero(slides))
             sliding = some([f"'{first}'–'{second}'" for first, second in pairs])
-            raise OptionError(f"{refused}, and here joints slide: {sliding}")
+            raise OptionError(f"{refused}, but joints slide: {sliding}")
         moving = moving_blocks(assembly, d)
         self.turns[assembly.movable[moving]] = True
         self.round = self.turns[joints.first] != self.turns[joints.second]
@@ -94,20 +96,20 @@ class EdgePath:
         deviation = lengths(velocities(assembly, d, corners[1], corners[0]) - rigid).max()
         tolerance = _ROTATION_TOLERANCE * fastest(assembly, d)
         if length <= _ROTATION_TOLERANCE * size or deviation > tolerance:
-            raise OptionError(f"{refused}, and here blocks move on each other, or about a point")
+            raise OptionError(f"{refused}, but here several bodies move, or a body rotates about a point")
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks and of the ground after a turn, shape (blocks + 1, 6)."""
+        """Return the poses of all blocks and the ground after a rotation, shape (blocks + 1, 6)."""
         pose = np.append(np.zeros(3), angle * self.axis)
         pose[:3] = self.foot - turned(self.foot, pose)
         return self.turns[:, None] * pose
 
     def _loads(self, angle: float) -> list[Forces]:
-        """Return the dead and the live forces after the body has turned by an angle."""
+        """Return the dead and the live forces after a rotation of the body by an angle."""
         return [moved(forces, self._poses(angle)[self.assembly.movable]) for forces in self.forces]
 
     def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
-        """Return ties and props after a turn by an angle, with the force of each as the body turns further.
+        """Return ties and props after a rotation by an angle, and their forces as the rotation continues.
 
         A tie that lengthens and a prop that shortens carry their highest force; otherwise the lowest.
         """
@@ -125,10 +127,9 @@ class EdgePath:
         return struts
 
     def _moments(self, angle: float) -> tuple[float, float]:
-        """Return the resisting and the driving moment about the edge after a turn by an angle.
+        """Return the resisting and the driving moment about the edge after a rotation by an angle.
 
-        Dead loads, ties and props resist; the driving moment is that of the live load for λ = 1. λ is their
-        ratio.
+        Dead loads, ties and props resist; the live load for λ = 1 drives. λ is the ratio of both moments.
         """
         turns = self.turns[self.assembly.movable]
         dead, live = (
@@ -137,13 +138,13 @@ class EdgePath:
         )
         for strut, force in self._struts(angle):
             on_body = [action for action in strut.actions if self.turns[action.block]]
-            # A strut with both ends or no end on the body has no moment.
+            # A tie or prop with both ends, or no end, on the body has no moment on the body.
             if len(on_body) == 1:
                 dead += force * float(np.cross(on_body[0].point - self.foot, on_body[0].force) @ self.axis)
         return -dead, live
 
     def _follow(self, count: int) -> Reason:
-        """Append ``count`` states up to the last angle, and return the reason why the path ends.
+        """Append ``count`` states up to the largest angle, and return the reason why the path ends.
 
         The last angle is where λ vanishes, or just before λ grows without bound. The path ends earlier if
         blocks meet or no admissible forces exist.
@@ -154,7 +155,7 @@ class EdgePath:
             return reason(Code.LOCKS)
         bracket = angles[after - 1], angles[after]
         last = brentq(lambda angle: min(self._moments(angle)), *bracket, xtol=1e-15, rtol=1e-14)
-        # λ grows without bound where the driving moment, the second of the two, vanishes.
+        # λ grows without bound where the driving moment (index 1) vanishes.
         locks = bool(np.argmin(self._moments(last)) == 1)
         if locks:
             last *= 1 - _POLE_DISTANCE
@@ -170,9 +171,9 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
-        """Return the reason why the path cannot go on to an angle; None if it can.
+        """Return the reason why the path must end before an angle; None if the path can continue.
 
-        The reason is that blocks overlap, or that without admissible forces a joint opens or slides.
+        Either blocks overlap, or no admissible forces exist, so that a joint opens or slides.
         """
         blocks = overlapping(self.assembly.geometry, self._poses(angle)[:-1], self.turns[:-1])
         if blocks:
@@ -194,7 +195,7 @@ class EdgePath:
         return reason(code, pairs=self.assembly.pairs(joints))
 
     def _problem(self, angle: float) -> Problem:
-        """Return the equilibrium problem after a turn by an angle.
+        """Return the equilibrium problem of the blocks after a rotation by an angle.
 
         The direction of friction on the edge is that of the face of the body. Contact points of the opened
         joints away from the edge carry no force, and points on the edge have no cohesion.

@@ -14,7 +14,7 @@ from masonry_opt.words.sentences import numeral
 
 @dataclass(frozen=True)
 class KinematicCheck:
-    """Capacity of a mechanism, and the demand of an elastic response spectrum.
+    """Results of kinematic checks: capacity of a mechanism, and demand of an elastic response spectrum.
 
     The symbols are those of the code: P are the forces, δ their virtual displacements at the onset, d_k and
     δ_k those of the control point.
@@ -53,19 +53,19 @@ class KinematicCheck:
     rests_on: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the attributes as plain numbers and text."""
+        """Return the attributes as a dictionary of plain numbers and text."""
         return asdict(self)
 
     def __str__(self) -> str:
         linear = "holds" if self.linear else "does not hold"
         non_linear = "holds" if self.non_linear else "does not hold"
-        short = "" if self.complete else " (the curve ends before λ = 0: d*_0 is larger)"
+        short = "" if self.complete else " (the curve ends before λ = 0, so the true d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: {linear}",
             "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
-            "rests on": f"{self.rests_on}; with a lower λ a check may not hold",
+            "rests on": f"{self.rests_on}; with a lower λ, a check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
         return labelled(lines)
@@ -79,7 +79,7 @@ def kinematic_check(
     values: Mapping[str, float],
     rests_on: str,
 ) -> KinematicCheck:
-    """Return the linear and the non-linear kinematic check of a capacity curve.
+    """Make the linear and the non-linear kinematic check of a capacity curve.
 
     Parameters
     ----------
@@ -129,17 +129,17 @@ def kinematic_check(
 
 
 def _check_values(values: Mapping[str, float]) -> None:
-    """Raise OptionError if a number of the check is not positive, or a share exceeds 1."""
+    """Raise OptionError if a parameter of the check is not positive, or if a share exceeds 1."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            raise OptionError(f"{name} must be a number above zero (found {value!r})")
+            raise OptionError(f"{name} must be a finite number above zero (found {value!r})")
     for name in ("ultimate", "secant"):
         if values[name] > 1:
-            raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
+            raise OptionError(f"{name} must be at most 1, as a share (found {values[name]!r})")
 
 
 def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return the least y at an abscissa of a polyline, which may pass the abscissa more than once."""
+    """Return the smallest ordinate of a polyline at an abscissa, which the polyline may cross repeatedly."""
     low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
     segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
     share = (x - xs[segments]) / np.diff(xs)[segments]
@@ -147,12 +147,14 @@ def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
 
 
 def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the periods and the accelerations of a spectrum. Raises OptionError if the spectrum is wrong."""
+    """Return a spectrum's periods and accelerations. Raises OptionError if the spectrum is not valid."""
     try:
         pairs = np.array(spectrum, dtype=float)
     except (TypeError, ValueError):
         pairs = np.zeros(0)
     rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
-        raise OptionError("a spectrum is pairs of period (s), rising from 0, and acceleration (g), 0 or more")
+        raise OptionError(
+            "a spectrum is a list of pairs: period (s), increasing from 0, and acceleration (g), not negative"
+        )
     return pairs[:, 0], pairs[:, 1]

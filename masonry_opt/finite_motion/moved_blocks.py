@@ -23,18 +23,18 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Points of Simpson's rule, as shares of the length of an edge; the rule is exact for cubic functions.
+#: Points of Simpson's rule, relative to the length of an edge; the rule is exact for cubic functions.
 _SIMPSON_POINTS = np.array([0.0, 0.5, 1.0])
 #: Weights of Simpson's rule.
 _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
-#: A corner of a joint opens if it opens faster than this share of the speed of the fastest corner.
+#: Smallest opening rate at which a corner of a joint opens, relative to the speed of the fastest corner.
 _OPENING_TOLERANCE = 1e-6
-#: Friction coefficient above which sliding is not limited by a yield condition.
+#: Friction coefficient above which a joint has no yield condition for sliding.
 _UNLIMITED_FRICTION = 1e9
 
 
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return the displaced positions of points: rotated about the origin by a pose, then translated.
+    """Return the positions of points after poses: a rotation about the origin, then a translation.
 
     Parameters
     ----------
@@ -45,7 +45,10 @@ def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return vectors rotated by poses; shapes as in ``placed``. In space by Rodrigues' formula."""
+    """Return vectors rotated by poses; in space by Rodrigues' formula.
+
+    Arrays have the shapes of ``placed``.
+    """
     if vectors.shape[-1] == 3:
         angle = np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
         axis = poses[..., 3:] / np.where(angle > 0, angle, 1.0)
@@ -57,7 +60,9 @@ def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def moved(forces: Forces, poses: np.ndarray) -> Forces:
-    """Return forces with their points moved by poses of the movable blocks, shape (b, 3), in space (b, 6).
+    """Return forces whose points of action are moved by poses of the movable blocks.
+
+    Poses have shape (b, 3), in space (b, 6).
 
     The directions and sizes of the forces do not change.
     """
@@ -65,7 +70,7 @@ def moved(forces: Forces, poses: np.ndarray) -> Forces:
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Return the dead and the live forces of a scene, at the points where they act.
+    """Return the dead and the live forces of a scene at their points of action.
 
     Raises OptionError if the forces do not add up to the loads of the problem: some loads, such as the
     pressure of fill, have no known points of action.
@@ -78,16 +83,16 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
     for forces, load in ((dead, problem.dead), (live, problem.live)):
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
         if np.abs(difference).max(initial=0.0) > LOWER * max(1.0, np.abs(load).max()):
-            follows = "the capacity curve follows weights, forces at points and loads on edges alone"
-            others = "the scene has others, whose points of action are not known after the onset"
-            left_out = "leave out [[fill]], or " if assembly.scene.fills else ""
-            remedy = f"{left_out}find the load factor alone with 'solve'"
+            follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
+            others = "the scene has other loads, whose points of action after the onset are unknown"
+            left_out = "omit [[fill]], or " if assembly.scene.fills else ""
+            remedy = f"{left_out}compute only the load factor with 'solve'"
             raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
     return dead, live
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
-    """Return the given forces and all edge loads of a kind ("dead" or "live") as one record."""
+    """Combine forces and all edge loads of a kind ("dead" or "live") in one record of forces."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
     forces = [*parts, *on_edges]
     block = np.concatenate([part.block for part in forces])
@@ -124,9 +129,10 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
 
 
 def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
-    """Return the two blocks of different bodies that overlap most deeply; an empty list if none overlap.
+    """Return the two blocks with the deepest overlap; an empty list if no blocks overlap.
 
-    ``body`` numbers the rigid body of each block. The block of the body with the higher number comes first.
+    ``body`` is the number of the rigid body of each block; only blocks of different bodies count. The block
+    of the body with the higher number comes first.
     """
     moved_shapes = displaced(shapes, poses)
     low, high = moved_shapes.boxes
@@ -140,22 +146,23 @@ def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
 
 @dataclass(frozen=True)
 class ForceOptimum:
-    """Optimal solution of a static linear program over the contact forces of displaced blocks."""
+    """Optimal solution of a linear program whose variables are the contact forces of displaced blocks."""
 
-    value: float  #: greatest load factor, or the least violation of equilibrium and yield (unit of force)
-    motion: np.ndarray  #: rates of the poses of all blocks: the duals of equilibrium, shape (blocks, 3)
+    value: float  #: largest load factor, or smallest violation of equilibrium and yield (unit of force)
+    #: Rates of the poses of all blocks, the dual variables of equilibrium, shape (blocks, 3).
+    motion: np.ndarray
     pressed: np.ndarray  #: True for joints that carry a force, shape (joints,)
 
 
 @dataclass(frozen=True)
 class MovedBlocks:
-    """Blocks of a scene in the plane, in the unit of length of the problem, and their joints at rest.
+    """Blocks of a scene in the plane and their joints, at rest, in the problem's unit of length.
 
     Methods take the poses of all blocks, shape (blocks, 3), and the corners of the joints that touch,
     shape (joints, 2).
     """
 
-    geometry: Geometry  #: at rest
+    geometry: Geometry  #: shapes of the blocks at rest
     joints: Joints
     movable: np.ndarray  #: indices of the movable blocks, shape (b,)
     dead: Forces  #: dead forces on the movable blocks
@@ -164,7 +171,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Return the blocks of an assembly, with forces in the given unit and λ in the unit ``live``."""
+        """Create the record from an assembly, with forces relative to ``unit`` and λ relative to ``live``."""
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit
         joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
@@ -187,20 +194,20 @@ class MovedBlocks:
 
     @property
     def corner(self) -> np.ndarray:
-        """Start and end of each joint at rest, points of both of its blocks, shape (joints, 2, 2)."""
+        """Corners of each joint at rest: start and end, shape (joints, 2 corners, 2 coordinates)."""
         return np.stack([self.joints.start, self.joints.end], axis=1)
 
     @property
     def at_rest(self) -> np.ndarray:
-        """True for the corners that touch at rest, shape (joints, 2); a joint of no length has only one."""
+        """True for corners that touch at rest, shape (joints, 2); a joint without length has one corner."""
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """True for the blocks whose edge a corner of a joint touches, shape (joints, 2 corners, 2 blocks).
+        """True for blocks whose edge is touched at a joint's corner, shape (joints, 2 corners, 2 blocks).
 
-        A corner of one block alone touches the edge of the other block. Where corners of both blocks
-        coincide, both edges are touched.
+        A corner of only one block touches the edge of the other block. Where corners of both blocks coincide,
+        both edges are touched.
         """
         points, block = self.geometry.corners
         corners = shapely.multipoints(points, indices=block)[self.blocks]
@@ -209,9 +216,9 @@ class MovedBlocks:
         return is_corner_of[..., ::-1] | ~is_corner_of
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """Return the equilibrium problem of displaced blocks, of the joints of which any corner touches.
+        """Return the equilibrium problem of displaced blocks, with joints that touch in at least one corner.
 
-        - A closed joint is as at rest.
+        - A closed joint has the properties that it has at rest.
         - A joint that touches in one corner has no cohesion. Its direction is that of the touched edge.
         - Where two corners meet, the direction is the bisector of both edges. The friction angle is reduced
           by half of the angle between them, so that the forces are admissible on both edges.
@@ -246,10 +253,10 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Return an optimal state of forces of displaced blocks; None if the solver found none.
+        """Return optimal contact forces of displaced blocks; None if the solver fails.
 
-        Without a load factor the optimum is the greatest load factor, eq. (9). With one it is the least
-        violation of equilibrium and yield under this load factor.
+        Without ``load_factor``, the load factor is maximised, eq. (9). With ``load_factor``, the violation of
+        equilibrium and yield under this load factor is minimised.
         """
         problem = self.problem(touch, poses)
         if load_factor is None:
@@ -263,14 +270,14 @@ class MovedBlocks:
         value, d, q = solution
         size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
         pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
-        # Convert velocities of the centroids to velocities of the block points at the origin.
+        # Convert the velocities of the blocks' centroids to velocities of the block points at the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
         return ForceOptimum(value, motion, pressed)
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
-        """Return the number of the rigid body of each block, shape (blocks,); the ground has the highest.
+        """Return the number of the rigid body of each block, shape (blocks,); the ground is the last body.
 
         Blocks linked by closed joints, and all fixed blocks, form one body.
         """
@@ -281,7 +288,7 @@ class MovedBlocks:
         return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Return the velocities of the joints' corners as points of both blocks.
+        """Return the velocities of the joints' corners, as points of the first and of the second block.
 
         The shape is (2 blocks, joints, 2 corners, 2 components).
         """
@@ -311,7 +318,7 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners that still touch in the motion of an optimum, and the joints that slide.
+        """Return the corners that stay in contact, and the joints that slide, in the motion of an optimum.
 
         The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
         of the speed of the fastest corner, as in :func:`~masonry_opt.answer.motion.joint_motion`, and carries
@@ -332,7 +339,7 @@ class MovedBlocks:
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Return the least violation v of equilibrium and yield under a load factor.
+    """Return the smallest violation v of equilibrium and yield under a given load factor.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 
@@ -357,7 +364,7 @@ def least_missed(
     row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
     low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
-    # The simplex method of HiGHS may fail on the presolved program; the second attempt is without presolve.
+    # The simplex method of HiGHS may fail on the presolved program. In this case, repeat it without presolve.
     for presolve in ("choose", "off"):
         session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
         if session.solve() is Verdict.OPTIMAL:

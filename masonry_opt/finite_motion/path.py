@@ -20,35 +20,41 @@ from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots
 
-#: Violation of equilibrium and yield, in the unit of force, up to which the forces are still admissible.
+#: Largest violation of equilibrium and yield by admissible forces, in the unit of force.
 BORNE = 1e-8
-#: A joint counts as just opening if the violation is below this multiple of BORNE; less locates it closer.
+#: Multiple of BORNE below which a violation shows that a joint is just starting to open. A smaller value
+#: locates the event more exactly.
 _JUST_OPENING = 10.0
-#: Overlap angle (rad) from which a closing joint counts as closed; it only has to exceed rounding errors.
+#: Smallest overlap angle (rad) at which a closing joint counts as closed; the value must exceed rounding
+#: errors.
 _CLOSING_ANGLE = 1e-12
-#: Longest step: displacement of the fastest corner over the size of the scene.
+#: Largest displacement of the fastest corner in one step, relative to the size of the scene.
 _LONGEST_STEP = 0.02
-#: Shortest step, in the unit of the longest: the path is locked if even this step has no solution.
+#: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If this step
+#: has no solution either, the mechanism is locked.
 _SHORTEST_STEP = 1e-6
-#: Width of the interval, in the unit of steps, to which bisection encloses an event.
+#: Width of the interval of step lengths to which bisection encloses an event, relative to the size of the
+#: scene.
 _EVENT_WIDTH = 1e-13
-#: Speed of the fastest corner, in a tangent of length 1, below which the tangent is no motion of blocks.
+#: Speed of the fastest corner in a tangent of length 1 below which the blocks do not move.
 _LEAST_SPEED = 1e-7
-#: Length of the trial step that shows in which sense a motion is possible.
+#: Length of the trial step that determines in which sense a motion is possible, relative to the size of the
+#: scene.
 _PROBE_STEP = 1e-5
-#: Largest number of states on a path; a longer path ends with the code "still carries".
+#: Largest number of states of a path; a longer path ends with the reason "still carries".
 _MOST_STEPS = 2000
-#: Largest number of successive events in one position; more of them mean that the mechanism is locked.
+#: Largest number of consecutive events in one position; after more events the mechanism counts as locked.
 _MOST_EVENTS = 20
-#: Singular values below this share of the largest are zero: joints that share a hinge repeat equations.
+#: Ratio to the largest singular value below which a singular value is zero. Joints that share a hinge make
+#: equations linearly dependent.
 _RANK_TOLERANCE = 1e-8
-#: Largest number of Newton iterations of one correction.
+#: Largest number of Newton iterations in one corrector step.
 _NEWTON_ITERATIONS = 12
 #: Scaled residual at which Newton's method has converged.
 _CONVERGED = 1e-13
-#: Scaled residual below which a correction is accepted if it no longer improves: rounding errors limit it.
+#: Scaled residual below which Newton's method is stopped if rounding errors prevent further improvement.
 _STALLED = 1e-10
-#: Scaled residual above which Newton's method diverges and the correction is given up.
+#: Scaled residual above which Newton's method diverges and is stopped.
 _DIVERGED = 1e3
 
 
@@ -60,18 +66,18 @@ class Step:
     states are in the units of the problem.
     """
 
-    #: (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin, then a translation. In space
-    #: a translation and a rotation vector, shape (blocks, 6).
+    #: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin, followed by a
+    #: translation. In space a pose is a translation and a rotation vector, shape (blocks, 6).
     poses: np.ndarray
-    load_factor: float  #: λ of the equilibrium of the displaced blocks
-    #: True for the contact points that touch from this state on, shape (points,). While a path is followed:
-    #: for the two corners of each joint, shape (joints, 2).
+    load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
+    #: True for the contact points that touch from this state on, shape (points,). While a path in the plane
+    #: is computed, the shape is (joints, 2), for the two corners of each joint.
     touch: np.ndarray
     event: Reason | None = None  #: event at this state; None if nothing changes there
 
 
 class Chain:
-    """Rigid bodies linked by hinges, and their equations of equilibrium at finite rotations.
+    """Rigid bodies connected by hinges, and their equations of equilibrium at finite rotations.
 
     A body consists of blocks whose joints are closed. A hinge is a joint of which one corner touches.
     The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
@@ -96,7 +102,7 @@ class Chain:
         self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> np.ndarray:
-        """Return the point of the curve at given poses of the blocks; forces and λ by least squares."""
+        """Return the point of the equilibrium curve at given poses; forces and λ follow by least squares."""
         poses, coordinates = np.zeros((self.count + 1, 3)), 3 * self.count
         poses[self.body] = of_blocks
         point = np.append(poses[:-1].ravel(), np.zeros(2 * len(self.at) + 1))
@@ -106,11 +112,11 @@ class Chain:
         return point
 
     def of_blocks(self, point: np.ndarray) -> np.ndarray:
-        """Return the poses of all blocks at a point, or their rates along a tangent, shape (blocks, 3)."""
+        """Return the poses of all blocks at a point, or the pose rates along a tangent, shape (blocks, 3)."""
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
-        """Return the tangents of the curve at a point, shape (k, unknowns).
+        """Return the tangents of the equilibrium curve at a point, shape (k, unknowns).
 
         The tangents span the null space of the Jacobian, restricted to poses and λ. There is no tangent if
         the bodies are locked, and more than one at a bifurcation.
@@ -126,7 +132,7 @@ class Chain:
         return tangents
 
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-        """Return the point of the curve with ``row @ point == value``, by Newton's method from a start.
+        """Return the point of the equilibrium curve with ``row @ point == value``, by Newton's method.
 
         Returns None if Newton's method diverges or does not converge.
         """
@@ -149,7 +155,10 @@ class Chain:
         return None
 
     def _system(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals of equations (a) and (b), and their Jacobian by poses, forces and λ."""
+        """Return the residuals of equilibrium and hinge conditions, and their Jacobian.
+
+        The equations are (a) and (b) of the class; derivatives are with respect to poses, forces and λ.
+        """
         bodies, hinges, forces = self.count, len(self.at), point[3 * self.count : -1].reshape(-1, 2)
         poses = np.vstack([point[: 3 * bodies].reshape(-1, 3), np.zeros(3)])
         live = self._resultants(poses, *self.live)
@@ -176,7 +185,7 @@ class Chain:
 
     @staticmethod
     def _resultants(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return Σ fx, Σ fy, Σ x × f about the origin and Σ x · f for every body, shape (bodies + 1, 4).
+        """Return the sums of fx, fy, x × f and x · f over the forces on each body, shape (bodies + 1, 4).
 
         Forces have constant directions, and their points ``at`` (given at rest) move with the bodies. The
         last sum is the negative derivative of the moment with respect to the rotation of the body.
@@ -187,20 +196,22 @@ class Chain:
 
 
 class _PathEvent(NamedTuple):
-    """Event that ends a stretch of the path."""
+    """Event that ends a stretch of the path, such as the opening of a joint."""
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    #: Optimum of the linear program of forces, if it shows that a joint opens; else None.
+    #: Optimum of the linear program over contact forces if the optimum shows that a joint opens; otherwise
+    #: None.
     borne: ForceOptimum | None = None
 
 
 class _Stretch(NamedTuple):
-    """State and tangent on a part of the path along which the rigid bodies do not change."""
+    """State and tangent on a stretch: a part of the path along which the rigid bodies do not change."""
 
-    chain: Chain  #: bodies and hinges
+    chain: Chain  #: rigid bodies and hinges of the stretch
     point: np.ndarray  #: point of the chain's equilibrium curve
-    row: np.ndarray  #: tangent at the point; its length moves the fastest corner by the size of the scene
+    #: Tangent at the point, scaled so that it moves the fastest corner by the size of the scene.
+    row: np.ndarray
 
     @property
     def poses(self) -> np.ndarray:
@@ -214,11 +225,11 @@ class _Stretch(NamedTuple):
 
 
 class _PathEnded(Exception):
-    """Signal that the path ends; the argument is the reason."""
+    """Exception that ends the computation of a path; its argument is the reason for the end."""
 
 
 class HingingPath:
-    """Path of a plane mechanism of hinges after the onset of collapse.
+    """Path of a hinging mechanism in the plane, from the onset of collapse.
 
     Attributes
     ----------
@@ -230,7 +241,7 @@ class HingingPath:
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        onset = result.required()  # the unit of λ; the unit of force is the largest load at the onset
+        onset = result.required()  # used as the unit of λ; the unit of force is the largest load at the onset
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
@@ -252,8 +263,8 @@ class HingingPath:
     def _onset(self, result: Result) -> None:
         """Find the mechanism at the onset by associative limit analysis of the scene at rest.
 
-        The path ends at once if the associative λ differs from that of the result: joints slide then, and
-        a finite motion is defined for mechanisms of hinges alone.
+        The path ends at once if the associative λ differs from the result's λ: then joints slide, but a
+        finite motion is defined for hinging mechanisms only.
         """
         first = self.steps[0]
         optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
@@ -271,7 +282,8 @@ class HingingPath:
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
-            # Several events in one position follow each other; an endless sequence means locked blocks.
+            # Several events may occur in one position; if their number exceeds a limit, the blocks are
+            # locked.
             moves = np.abs(stretch.poses - last.poses).max() > _CLOSING_ANGLE
             events_here = 0 if moves else events_here + 1
             if events_here > _MOST_EVENTS:
@@ -290,13 +302,13 @@ class HingingPath:
             self._add(stretch, touch, reason(event.code, pairs=self.assembly.pairs(changed)))
 
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
-        """Append a state to the path. The path ends if it has too many states."""
+        """Append a state to the path; end the path if it has too many states."""
         if len(self.steps) >= _MOST_STEPS:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
-        """Return the corners that still touch in the motion of an optimum, shape (joints, 2).
+        """Return the corners that stay in contact in the motion of an optimum, shape (joints, 2).
 
         The path ends if a joint slides in this motion, or if no corner opens.
         """
@@ -308,7 +320,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the stretch that begins at a state, in its right sense.
+        """Return the stretch that begins at a state, with its tangent in the sense of the possible motion.
 
         If corners open, the sense is the one in which these corners open. Otherwise the motion continues in
         the sense of ``hint``, or reverses if an event prevents this at once and nothing prevents the reverse.
@@ -321,7 +333,7 @@ class HingingPath:
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
-        # A joint that has just closed stays closed in one sense of the motion only.
+        # Try a small step: a joint that has just closed stays closed in one sense of the motion only.
         event, _ = self._try(stretch, _PROBE_STEP)
         if event is None:
             return stretch
@@ -329,7 +341,7 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return a point with its tangent, in the sense of a motion ``hint``; None if no block moves.
+        """Return a point with its tangent in the sense of the motion ``hint``; None if no block can move.
 
         The path ends at a bifurcation, where several tangents exist.
         """
@@ -345,7 +357,7 @@ class HingingPath:
         return None
 
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
-        """Follow a stretch up to its next event; return the last state before the event, and the event.
+        """Follow a stretch to its next event; return the last state before the event, and the event.
 
         A step without a solution is repeated with a quarter of its length; after a success the step is
         doubled, up to the length of ``_first_step``. The path is locked if steps become too short.
@@ -363,14 +375,14 @@ class HingingPath:
         raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
-        """Return the step that changes λ by 1 / count of its value at the onset, along the tangent."""
+        """Return the step length at which λ changes, along the tangent, by 1 / count of its initial value."""
         step = 1 / self.count / max(abs(stretch.row[-1]), _LEAST_SPEED)
         return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
-        """Make a step (predictor and corrector); return the event within the step, and the state at its end.
+        """Make a step of predictor and corrector; return the event within the step, and the state after it.
 
-        The event is None if nothing happens within the step. Both are None if no state is found.
+        The event is None if no event occurs within the step. Event and state are None if no state is found.
         """
         row, guess = np.append(stretch.row[:-1], 0.0), stretch.point + step * stretch.row
         point = stretch.chain.corrected(guess, row, float(row @ guess))
@@ -382,7 +394,7 @@ class HingingPath:
         return self._event(ahead), ahead
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
-        """Return the event that must have happened before a state; None if the state is admissible.
+        """Return the event that must have occurred before a state; None if the state is admissible.
 
         Events are tested in this order: λ < 0; a hinged joint has rotated beyond closing; blocks overlap;
         no admissible forces balance the loads, so that a joint opens. The path ends if the last test fails.
@@ -390,7 +402,8 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # A joint with a length of which one corner touches is open by an angle; a negative angle is overlap.
+        # A joint with a length that touches in one corner is open by an angle; a negative angle means
+        # overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
         closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSING_ANGLE)
@@ -407,13 +420,14 @@ class HingingPath:
         return None
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
-        """Locate an event within a step by bisection; return the last state before it, and the event.
+        """Locate an event within a step by bisection; return the last state before the event, and the event.
 
         Where a joint opens, the violation of equilibrium grows from zero, and a secant step proposes the
         next trial length. The path ends at λ = 0 and where blocks meet.
         """
         low, high, before = 0.0, step, stretch
-        farther_step = farther_excess = 0.0  # the trial before the last one beyond the event
+        # Step length and violation of the previous trial beyond the event, for the secant step.
+        farther_step = farther_excess = 0.0
         while high - low > _EVENT_WIDTH:
             if event.code is Code.REACHES_ZERO:
                 at_zero = self._at_zero(before)
@@ -440,14 +454,14 @@ class HingingPath:
         return before, event
 
     def _end_at(self, state: _Stretch, event: _PathEvent) -> NoReturn:
-        """Append the last state of the path, with the event that ends the path."""
+        """Append the last state with the event that ends the path, and raise the exception for the end."""
         values = {"blocks": self.assembly.names(np.array(event.which))} if event.which else {}
         why = reason(event.code, **values)
         self._add(state, state.chain.touch, why)
         raise _PathEnded(why)
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """Return the state with λ = 0 ahead of a state; None if there is none or an event comes first."""
+        """Return the state with λ = 0 after a state; None if it does not exist or an event comes first."""
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)
         if point is None:

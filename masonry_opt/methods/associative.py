@@ -20,16 +20,12 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Name of the solver's use for the associative load factor that goes with a Coulomb answer.
+#: Name in a result's ``solvers`` for the associative load factor that is added to a Coulomb answer.
 _BESIDE = "associative"
-
-#: Smallest matrix entry that HiGHS does not drop. If larger, the rows of joints that are skew by less
-#: contradict each other.
-_SMALLEST_ENTRY = 1e-12
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
-    """Return the solution under associative flow: load factor, forces and mechanism.
+    """Return the solution with associative flow: load factor, forces and mechanism.
 
     If the solver ends without a certified optimum, the dual formulation is solved too.
 
@@ -55,7 +51,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=size, solver=task.solver)
     word = answer.solved.status
     if state is None:
-        # The import is late because it takes seconds.
+        # The import is local because it takes seconds and few analyses need it.
         from masonry_opt.standing.diagnosis import no_optimum
 
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
@@ -65,22 +61,22 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
-    """Return the solver's answer, its state with a certificate, and the size of the program.
+    """Return the solver's answer, the certified state of the answer, and the size of the program.
 
     The state is None if the solver found none.
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Return a state with its certificate under associative flow; None without a state."""
+        """Return a state with its certificate for associative flow; None without a state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}
     driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
-    # A nearly optimal point is accepted: its certificate decides if it is good enough.
+    # A nearly optimal point is accepted here, because its certificate decides if it is good enough.
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
-        # The program is solved again, with parabolas scaled by the forces of the first solution.
+        # Solve the program again, with the crushing parabolas scaled by the forces of the first solution.
         again = driver.solve(nearly=True, near=state.q)
         if again.state is not None:
             answer, state = again, with_certificate(again.state)
@@ -88,17 +84,17 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver failed without a state, or if its state exceeds the limits of acceptance."""
+    """Return True if the solver failed without a state, or if residuals of its state are too large."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 
 def kinematic(task: Task) -> Solution:
-    """Return the solution under associative flow by the kinematic formulation, eq. (10)."""
+    """Return the solution with associative flow by the kinematic formulation, eq. (10)."""
     return associative(task, "kinematic")
 
 
 def with_associative(task: Task, of: Solution) -> Solution:
-    """Return a Coulomb solution with the associative load factor added, unless it was computed before.
+    """Return a Coulomb solution to which the associative load factor is added if it is missing.
 
     The associative load factor is None if no answer is within the limits of acceptance.
     """
@@ -123,12 +119,12 @@ def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
     """
     if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
         return None
-    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=_SMALLEST_ENTRY)
+    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=SEARCH.smallest_entry)
     effort.uses("highs", _BESIDE)
     statics.set_costs("load_factor", np.array([-problem.live_norm]))
     if statics.solve() is not Verdict.OPTIMAL:
         return None
-    # The duals of equilibrium are the velocities of the mechanism, eq. (10).
+    # The dual variables of equilibrium are the velocities of the mechanism, eq. (10).
     d = -statics.multipliers()[: len(problem.dead)]
     load_factor = float(statics.values("load_factor")[0])
     answer = certified(problem, load_factor, statics.values("q"), d, problem.friction)

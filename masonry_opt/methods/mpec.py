@@ -31,13 +31,13 @@ from masonry_opt.solvers.registry import find_solver
 #: Factor by which ε falls from one solve to the next.
 _FALL = 0.1
 
-#: Factor on the first ε with which a series that fails begins again.
+#: Factor on the first ε for the next series if a series fails.
 _SMALLER_START = 1e-3
 
-#: Smallest first ε with which a series begins again.
+#: Smallest first ε of a series. If a series from this ε fails, the method ends.
 _SMALLEST_START = 1e-8
 
-#: Options of IPOPT for a series of solves, each of which starts near the last solution.
+#: Options of IPOPT; each solve of a series starts near the solution of the previous solve.
 _OPTIONS: dict[str, Any] = {
     "tol": 1e-9,
     "constr_viol_tol": 1e-9,
@@ -48,7 +48,8 @@ _OPTIONS: dict[str, Any] = {
     "warm_start_bound_push": 1e-6,
     "warm_start_mult_bound_push": 1e-6,
     "warm_start_slack_bound_push": 1e-6,
-    # Rates and slacks must stay ≥ 0: the product of two small negative numbers would count as complementary.
+    # Bounds are not relaxed, so that rates and slacks stay ≥ 0: two small negative numbers would otherwise
+    # have an admissible product.
     "bound_relax_factor": 0.0,
     "max_iter": 700,
 }
@@ -70,7 +71,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Return the options. Raises ValueError if the first bound is below the last."""
+        """Return the options. Raises ValueError if ``epsilon`` is below ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must not be below 'epsilon_min'")
         return self
@@ -78,7 +79,7 @@ class MpecOptions(Options):
 
 @dataclass(frozen=True)
 class RelaxationStep:
-    """Record of one solve in the series."""
+    """Record of one solve in a series with falling ε."""
 
     epsilon: float  #: bound ε of each product z p
     load_factor: float  #: load factor λ; NaN if the solve failed
@@ -110,14 +111,15 @@ class CasadiIpopt:
         bounds = {"lbx": problem.x_lb, "ubx": problem.x_ub, "lbg": problem.g_lb, "ubg": problem.g_ub}
         self._bounds = {name: np.array(bound) for name, bound in bounds.items()}
         functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
-        # With functions expanded to scalar operations, the derivatives take a thirtieth of the time.
+        # If functions are expanded to scalar operations, derivatives take a thirtieth of the time.
         quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
         options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
         self._solver = casadi.nlpsol("program", "ipopt", functions, options)
-        self.multipliers: dict[str, Any] = {}  #: multipliers of the last solve, from which the next starts
+        #: Multipliers of the last solve, from which the next solve starts.
+        self.multipliers: dict[str, Any] = {}
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
-        """Solve with z p ≤ ``epsilon``, from the values of the variables.
+        """Solve with z p ≤ ``epsilon``, starting from the present values of the variables.
 
         Returns True if IPOPT finds a local optimum, IPOPT's status, and the number of its iterations.
         """
@@ -135,7 +137,7 @@ class CasadiIpopt:
 
 
 def mpec(task: Task) -> Solution:
-    """Return the local optimum of the MPEC that the relaxation finds from a start.
+    """Return the local optimum of the MPEC that Scholtes' relaxation finds from a start.
 
     Raises OptionError if the start is a result of another scene, or has no forces.
     """
@@ -145,7 +147,7 @@ def mpec(task: Task) -> Solution:
     if isinstance(options.start, Solution):
         start = of_same_scene(options.start, problem)
     else:
-        # Sub-problems are accurate at any size: the relaxation needs to know which faces move.
+        # Solve sub-problems accurately at any size, because the relaxation needs to know which faces move.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:
@@ -156,7 +158,7 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """Return the solution of the first series of solves for a falling ε that reaches the last ε.
+    """Return the solution of the first series with falling ε that reaches the smallest ε.
 
     Each series begins from the start, or from rest if ``start`` is None. From a start, series with smaller
     first ε follow a series that fails. If all series fail, the solution has no load factor.
@@ -173,13 +175,13 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # With a smaller first ε fewer solves fail, but the relaxation ends at a low λ less often.
+        # With a smaller first ε fewer solves fail, but the relaxation more seldom ends at a low λ.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None
 
     def followed(first: float) -> bool:
-        """Solve the series from a first ε, and return True if it reaches the last ε."""
+        """Solve the series from a first ε, and return True if the series reaches the smallest ε."""
         nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}
@@ -215,7 +217,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """Yield the ε of each solve of a series, down to the smallest."""
+    """Yield the bounds ε of a series of solves, from the first to the smallest."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
@@ -35,22 +35,23 @@ from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import find_solver
 
-#: Work of the live load and energy z·p, relative to the work of the dead load, up to which both count as
-#: zero. Sliding in the loop contracts by 10⁻³ μ.
+#: Work of the live load, and energy z·p, that count as zero, relative to the work of the dead load. Sliding
+#: in the loop contracts by 10⁻³ μ, which leads to such energies.
 _ROUNDING = 1e-3
 
-#: Values of σ, tried in turn, if the mechanism does not move against the live load. If smaller, the loop
-#: fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 and more it fails on two
-#: blocks in space.
+#: Values of σ, the growing share of the dead load, in the order of trial if the mechanism does not move
+#: against the live load. With a smaller σ the loop fails more often: with 0.5 on 11 of 67 random scenes, with
+#: 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
 _SHARES = 0.75, 0.5
 
-#: Largest number of λ₀ that are tried. The first is the associative load factor, most often the answer.
+#: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, most often is the
+#: answer.
 _MOST = 8
 
 #: Names of the fields in a method's step records that hold load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
-#: Reasons that hold only for the loads under which they were found, and so not for the scene itself.
+#: Reasons that depend on the loads with which they were found, and so do not apply to the scene itself.
 _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
@@ -61,7 +62,7 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution of a method in which the live load does no work, or None.
+    """Return the solution for a collapse in which the live load does no work, or None if none is found.
 
     None is returned if no such mechanism goes with the associative forces, or if the method finds none.
     ``before`` is the method's solution of the unchanged scene, without a load factor, if the method was run.
@@ -79,16 +80,17 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
         return None
     answer = replace(solution.answer, q=solution.answer.q + scene.lowest_forces)
     solution = replace(solution, found=answer)
-    if before is None or before.load_history is None:
-        return replace(solution, load_history=None)
-    # The load history is the one of the unchanged scene.
+    if solution.kind is not Kind.INCREMENTAL:
+        return solution
+    if before is None:
+        return replace(solution, history=(), tells_curve=False)
+    # The load history was computed for the unchanged scene, so it remains valid.
     of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
-    history, curve = before.load_history, before.tells_curve
-    return replace(solution, load_history=history, tells_curve=curve).telling(*of_curve)
+    return replace(solution, history=before.history, tells_curve=before.tells_curve).telling(*of_curve)
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """Return the solution of a method with a share of the dead load that grows with the live load, or None.
+    """Return the solution for loads in which a share of the dead load grows with the live load, or None.
 
     The first λ₀ is the associative load factor ``upper``. Further λ₀ follow by extrapolation until the loads
     are those of the scene. None is returned if the method finds no answer, if the live load does work, or if
@@ -106,14 +108,15 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # The loads at which one mechanism moves lie on a line. It passes through zero if only friction limits
-        # forces.
+        # For one mechanism, λ is a linear function of the size of the loads. If only friction limits forces,
+        # λ is zero for loads of size zero.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _ROUNDING:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # Residuals are relative to loads and velocities, so that scaling does not change them.
+            # Scaling forces and velocities does not change the residuals, which are relative to loads and
+            # velocities.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
@@ -124,7 +127,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """Return the associative load factor, and the work of the live load relative to that of the dead load.
+    """Return the associative load factor and the ratio of the live load's to the dead load's work.
 
     The work is that in a mechanism of the joints' own flow rule, driven by the dead load, which goes with the
     associative forces. None is returned if there is no such mechanism, or if the live load does positive work
@@ -150,7 +153,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return s, the ratio of the loads at λ to the loads of the scene at λ / s."""
+    """Return s: the loads at λ are s times the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 
@@ -163,7 +166,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Return a solution with the scene's answer, and with its load factors λ turned into those of the scene.
+    """Return a solution with the scene's answer; all load factors are converted to those of the scene.
 
     If the loads are s times those of the scene, a load factor becomes λ / s, or NaN if the loads vanish.
     ``alike`` is True if states under loads of another size are states of the scene. Otherwise reasons with
@@ -171,7 +174,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        """Return the load factors of these names that have a value, turned into those of the scene."""
+        """Return the named load factors that have a value, converted to load factors of the scene."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}
@@ -184,7 +187,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     history = tuple(
         replace(step, **of_scene(vars(step), _LOAD_FACTORS_OF_STEPS)) for step in solution.history
     )
-    solution = replace(solution, bound=None, bound_derived=False, history=history)
+    solution = replace(solution, bound=None, bound_derived=False, proof=None, history=history)
     below_zero = inf
     if any(entry.code is Code.BELOW_ZERO for entry in reasons):
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]

@@ -16,23 +16,23 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
 
-#: Properties of scenes that methods of constant dilatancy do not support.
+#: Properties of scenes that are not supported by methods with constant dilatancy.
 _VARYING = frozenset({"dilatancy"})
 
-#: Properties of scenes that the bracket does not support.
+#: Properties of scenes that method "global" does not support.
 _MOST = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop. It prefers interior points: at a vertex some joints have no normal force, and the loop
-#: would lock them.
+#: Solvers of the loop, by model. Interior-point methods come first: at a vertex some joints have no normal
+#: force, and the loop would lock these joints.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
-#: Solver of methods that work on the matrices.
+#: Solver of methods that use no modelling language but the matrices themselves.
 _NEWTON = {MATRICES: ("newton",)}
 
 #: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 
-#: Solver of the bracket.
+#: Solver of method "global", by model.
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
@@ -57,14 +57,14 @@ METHODS = {method.name: method for method in _ALL}
 
 DEFAULT = "coulomb"  #: Name of the default method.
 
-#: Present names of methods, by their names in former versions.
+#: Former names of methods, each with the text that names its present form.
 FORMER_METHODS = {
     "mcp": "called 'coulomb'",
     "compliant": "called 'incremental'",
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
-#: Names of arguments of ``solve`` and of other functions that are no options of a method.
+#: Arguments of ``solve`` and of other functions that are not options of a method. Errors may suggest them.
 _BESIDE = (
     "scene",
     "method",
@@ -101,11 +101,13 @@ class HowToSolve:
         """Raise OptionError if an option is a function, which cannot be sent to a worker process."""
         for name, value in self.options.items():
             if callable(value):
-                raise OptionError(f"option '{name}': a function is for a single scene, not for many")
+                raise OptionError(
+                    f"option '{name}' is a function, which is not allowed in studies of many scenes"
+                )
 
     @cached_property
     def chosen(self) -> Method:
-        """Return the method. Raises OptionError if the name is unknown or no longer used."""
+        """Entry of the method. Raises OptionError if the name is unknown or no longer used."""
         if isinstance(self.method, str) and self.method in FORMER_METHODS:
             raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
@@ -114,7 +116,7 @@ class HowToSolve:
 
     @cached_property
     def own_options(self) -> Any:
-        """Return the method's options; None if it has no options.
+        """Options of the method; None if the method has no options.
 
         Raises OptionError if an option is unknown or has a wrong value.
         """
@@ -126,11 +128,12 @@ class HowToSolve:
             if option not in known:
                 raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
         try:
-            # If an option is a result, the method takes the solution of the result.
+            # An option may be a result; the method then takes the ``solution`` of the result.
             values = {name: getattr(value, "solution", value) for name, value in self.options.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
-            # An option of several types has one error for each type. Only the first error is reported.
+            # An option that permits several types has one error for each type; only the first error is
+            # reported.
             wrong = {
                 ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
                 for item in reversed(error.errors())
@@ -140,7 +143,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Return the solver, with its tolerance.
+        """Solver of the method, with its tolerance.
 
         Raises OptionError if a name is no text, or if the solver is not available. Raises OptionError too if
         the method does not take the model, the solver or a tolerance.
@@ -152,27 +155,27 @@ class HowToSolve:
         model = model or next(iter(method.solvers))
         if model in MODELS and model not in method.solvers:
             raise OptionError(
-                f"method '{method.name}' takes model: {', '.join(method.solvers)} (found '{model}'); methods "
-                f"that take it: {_names(lambda other: model in other.solvers)}"
+                f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
+                f"methods that support it: {_names(lambda other: model in other.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
         linear = all(entry.linear for entry in SOLVERS.values() if entry.name == name)
         if name not in allowed if allowed else not linear:
             raise OptionError(
-                f"method '{method.name}' with model '{model}' takes solver: "
-                f"{', '.join(allowed) or 'any of linear programs'} (found '{name}'){_takers(name)}"
+                f"method '{method.name}' with model '{model}' supports the solvers: "
+                f"{', '.join(allowed) or 'all for linear programs'} (found '{name}'){_takers(name)}"
             )
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
-                f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
-                f"that takes one: {_names(lambda other: not other.own_tolerances)}"
+                f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
+                f"supports it: {_names(lambda other: not other.own_tolerances)}"
             )
         return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
 
     @cached_property
     def of_dead_load(self) -> Solver:
-        """Return the solver that decides if a scene is stable under its dead load.
+        """Solver of the program that decides if a scene is stable under its dead load.
 
         It is a quick solver if the method sets its own tolerances and the user names no solver.
         """
@@ -181,7 +184,7 @@ class HowToSolve:
 
 
 def _instead(option: str, known: Iterable[str]) -> str:
-    """Return the end of the error for an option that a method does not have, with advice for the user."""
+    """Return advice for the user about an option that a method does not have, as the end of an error."""
     homes = _homes(option)
     if homes:
         return f"; methods that have it: {', '.join(homes)}"
@@ -202,7 +205,7 @@ def _homes(option: str) -> list[str]:
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of the error for a solver that a method does not take: the methods that take it.
+    """Return the list of methods that take a solver, as the end of an error.
 
     If several modelling languages have the solver, the methods are those of the first language. For unknown
     solvers the methods are those that take any solver of CVXPY.
@@ -210,11 +213,11 @@ def _takers(name: str | None) -> str:
     known = [entry for (_, solver), entry in SOLVERS.items() if solver == name]
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
-        return f"; methods that take it, with model '{known[0].language}': {takers}"
+        return f"; methods that support it with model '{known[0].language}': {takers}"
     others = _names(lambda method: not method.own_tolerances)
-    return f"; methods of linear programs, which take others: {others}"
+    return f"; methods that support other solvers: {others}"
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:
-    """Return the names of the methods for which a condition is True, as text."""
+    """Return the names of the methods for which a condition is True, separated by commas."""
     return ", ".join(name for name, method in METHODS.items() if is_listed(method))

@@ -14,7 +14,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
-#: Function that is called with each step of a method, as the history records it.
+#: Function that is called with the record of each step of a method.
 Progress = Callable[[Any], None]
 
 
@@ -32,69 +32,69 @@ class Options(BaseModel):
 class Task:
     """Arguments of a method."""
 
-    problem: Problem  #: problem of a scene that is stable under its dead load
+    problem: Problem  #: problem of a scene, which is stable under its dead load
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
-    options: Any = None  #: options of the method; None if it has no options
+    options: Any = None  #: options of the method; None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Compiled programs of earlier analyses, for problems that differ only in the law of their joints.
+    #: Compiled programs of earlier analyses, which problems with other laws of the joints can reuse.
     kept: Kept = field(default_factory=Kept)
-    #: Solution of the problem by method "incremental"; None if it is switched off.
+    #: Solution of the same problem by method "incremental"; None if that method is switched off.
     incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """Return this task for another method; both tasks share one count of their effort."""
+        """Return this task with the options of another method; both tasks share one ``effort``."""
         return replace(self, options=options, solver=solver or self.solver)
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Return a solution as a start for a problem, without its history.
+    """Return a solution without its history, as the start of an analysis of the same problem.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
     if solution.q is None or solution.d is None:
-        raise OptionError("option 'start': the result has no forces to start from")
+        raise OptionError("option 'start': the result has no forces from which an analysis can start")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
-        raise OptionError("option 'start': the result is of another scene")
+        raise OptionError("option 'start': the result belongs to another scene")
     return replace(solution, history=())
 
 
 @dataclass(frozen=True)
 class Method:
-    """Entry of a method in the registry."""
+    """Registry entry of a method."""
 
     name: str  #: name of the method, as users write it
     runs: str  #: function of the analysis, as module:name within ``methods``
     takes: str = ""  #: class of the options, as module:name within ``methods``; "" without options
-    #: Names of the solvers that the method can use, by model (one of ``MODELS``), the default first. An empty
-    #: tuple stands for all solvers of linear programs. The first model is the method's default.
+    #: Names of the solvers that the method can use, for each model (one of ``MODELS``). The first model and
+    #: the first solver are the defaults. An empty tuple stands for all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
-    associative: bool = False  #: True if the method's answer is that of associative flow
-    #: True if the method looks for the lowest exact Coulomb state. A lower state from elsewhere is a better
-    #: answer of such a method.
+    associative: bool = False  #: True if the method's answer has associative flow
+    #: True if the method looks for the lowest exact Coulomb state. A lower state from another method may
+    #: replace the answer of such a method.
     seeks_lowest: bool = False
-    own_tolerances: bool = False  #: True if the method sets the tolerances of its solvers
+    own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers
     #: Properties of scenes that the method does not support: "dilatancy" that falls with stress, joints of
     #: limited "strength", limited "forces" such as ties, and scenes in "space".
     refuses: frozenset[str] = frozenset()
 
     @property
     def run(self) -> Callable[[Task], Solution]:
-        """Return the function of the analysis; its module is imported late, since this may take seconds."""
+        """Function of the analysis. Its module is imported on first use, as the import may take seconds."""
         return _named(self.runs)
 
     @property
     def options(self) -> type[Options] | None:
-        """Return the class of the method's options; None if it has no options."""
+        """Class of the method's options; None if the method has no options."""
         return _named(self.takes) if self.takes else None
 
     def solved_by(self, entry: SolverEntry) -> bool:
-        """Return True if the method can use a solver."""
+        """Return True if the method can use the given solver."""
         allowed = self.solvers.get(entry.language)
         return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
 
 
 def _named(path: str) -> Any:
-    """Return the object at a path, written as module:name within ``methods``."""
+    """Return the object at a path such as "mpec:mpec" (module:name in package ``methods``)."""
     module, name = path.split(":")
     return getattr(import_module(f"masonry_opt.methods.{module}"), name)

@@ -17,26 +17,28 @@ from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_propert
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: Keys of a scene on which the matrices depend.
+#: Attributes of a scene on which the equilibrium matrices depend. If one of them changes, the matrices are
+#: assembled again.
 _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
-#: Further keys on which the loads depend. All other keys are joint properties or text.
+#: Attributes of a scene on which the loads depend. The attributes in neither list are joint properties or
+#: text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
-#: Largest limit of a force, relative to the unit of force. With a larger limit solvers would take the loads
-#: for zero.
+#: Largest allowed limit of a tie, prop or earth force, relative to the unit of force. With a larger limit,
+#: solvers would treat the loads as zero.
 _LARGEST_LIMIT = 1e9
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A problem with the scene that it came from, the shapes of the blocks and the joints."""
+    """Limit analysis problem, with its scene, the shapes of its blocks and its joints."""
 
     problem: Problem
     scene: Scene
-    geometry: Any  #: :class:`~masonry_opt.scene.geometry.Geometry`, in space ``Shapes``
+    geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
-    movable: np.ndarray  #: index in the scene's blocks of each of the problem's blocks, shape (b,)
-    #: Length of each edge load's line along which there is no free edge of a movable block.
+    movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
+    #: For each edge load, the length of its line along which there is no free edge of a movable block.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
@@ -48,39 +50,40 @@ class Assembly:
 
     @property
     def joint(self) -> np.ndarray:
-        """Return the index of the joint to which each of the problem's joints belongs, in rising order.
+        """Return, for each joint of the problem, the index of the scene's joint that contains it.
 
-        In space the problem's joints are contact points, several for each joint of the scene.
+        The indices are in rising order. In space the problem's joints are contact points, and a joint of the
+        scene has several.
         """
         return self.joints.parts[0]
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the contact points of each of the problem's joints, shape (points, c)."""
+        """Return the indices of the contact points of each of the problem's joints, shape (points, c)."""
         return self.joints.parts[1]
 
     @property
     def of_point(self) -> np.ndarray:
-        """Return the index of the problem's joint to which each contact point belongs, in rising order."""
+        """Return, for each contact point, the index of the problem's joint that contains it."""
         of_point = np.empty(len(self.joints.joint), dtype=int)
         of_point[self.pressed] = np.arange(self.problem.joints)
         return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        """Return the joints to which some of the problem's joints belong, each once, in their order."""
+        """Return the scene's joints that contain the given joints of the problem, without duplicates."""
         joints = self.joint[indices]
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value within each joint, given values of the problem's joints."""
+        """Return the largest value within each joint of the scene, given values of the problem's joints."""
         return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks of each of some of the problem's joints, given their indices."""
+        """Return the two block names of each joint of the scene that contains given joints of the problem."""
         return self.pairs_of(self.joints_of(indices))
 
     def pairs_of(self, joints: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks of each of some joints, given the joints' indices."""
+        """Return the names of the two blocks at each of the scene's joints with the given indices."""
         ends = np.column_stack([self.joints.first, self.joints.second])
         return [self.names(blocks) for blocks in ends[joints]]
 
@@ -108,10 +111,10 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
 
 
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """Return the assembly of a scene on the matrices of another assembly.
+    """Return the assembly of a changed scene that reuses the matrices of a given assembly.
 
-    The scene may differ from that of the assembly only in loads and joint properties. The result is None if
-    anything else differs.
+    The scene may differ from that of the given assembly only in loads and joint properties. The result is
+    None if anything else differs.
 
     Raises
     ------
@@ -136,7 +139,7 @@ def _assembled(
     filled: tuple[FilledPiece, ...],
     matrices: Matrices | None = None,
 ) -> Assembly:
-    """Return the assembly of a scene with given joints, on given matrices if there are any."""
+    """Assemble the problem of a scene from its joints; reuse the equilibrium matrices if they are passed."""
     movable = np.flatnonzero(~scene.fixed)
     pieces, bare = loaded_pieces(scene, shapes, joints)
     limited = (*struts(scene, shapes), *pressures(scene, filled))
@@ -151,11 +154,11 @@ def _assembled(
 
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
-    """Return the unit of length, in the scene's own unit."""
-    # In this unit the rocking condition of a joint of median length is |m| ≤ n. Moments and forces then have
-    # equal weight in the analytic centre that an interior-point solver finds (see docs/limits.md). A median
-    # is
-    # not changed by a few large or small blocks.
+    """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
+    # The unit of length is half the median joint length; in space, half the square root of the median joint
+    # area. In the plane, the rocking condition of a median joint is then |m| ≤ n. Moments and forces thus
+    # have equal weight in an interior-point solver (see docs/limits.md). A few large or small blocks do not
+    # change a median.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:
@@ -166,7 +169,7 @@ def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
 def _scaled_loads(
     scene: Scene, shapes: Extents, movable: np.ndarray, matrices: Matrices, *further: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the dead and live loads in units of force and length, shape (3b,) each, and the unit of force.
+    """Return the dimensionless dead load and live load, shape (3b,) each, and the unit of force.
 
     The unit of force is the median dead load of a block, or the median live load if there is no dead load.
     ``further`` are loads on all of the scene's blocks, by kind.
@@ -178,21 +181,21 @@ def _scaled_loads(
     dead = dead + sum(load["dead"][movable].ravel() for load in further)
     live = live + sum(load["live"][movable].ravel() for load in further)
     force_unit = _force_unit(scene, matrices, dead, live)
-    # The unit of a moment is that of a force times that of a length.
+    # Moments are measured in the unit of force times the unit of length.
     units_of_block = by_component(scene.dimension, force_unit, force_unit * matrices.length_unit)
     scale = np.tile(units_of_block, matrices.blocks)
     with np.errstate(over="ignore", invalid="ignore"):
         dead, live = dead / scale, live / scale
     if not (np.isfinite(dead).all() and np.isfinite(live).all()):
         raise CaseError(
-            f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
-            f"{force_unit:.3g}; give weights and loads in one unit"
+            f"{scene.origin}: loads differ by more than double precision can represent: median block load "
+            f"{force_unit:.3g}; give weights and loads in the same unit"
         )
     return dead, live, force_unit
 
 
 def _force_unit(scene: Scene, matrices: Matrices, *loads: np.ndarray) -> float:
-    """Return the median size of the force on a block under the first load that has any, else 1."""
+    """Return the median force on a loaded block under the first nonzero load; 1 if all loads are zero."""
     for load in loads:
         sizes = np.hypot.reduce(matrices.by_block(load)[:, : scene.dimension], axis=1)
         if sizes.any():
@@ -237,19 +240,22 @@ def with_supports_freed(
 
 
 def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_unit: float) -> Law:
-    """Return the joint law in dimensionless units. Raises CaseError if a limit of a force is too large."""
+    """Return the joint law in dimensionless units.
+
+    Raises CaseError if the limit of a force is too large, relative to the loads.
+    """
     for force in limited:
         limit = force.lowest if np.isinf(force.highest) else force.highest
         if limit > _LARGEST_LIMIT * force_unit:
             raise CaseError(
                 f"{scene.origin}: {force.role} '{force.name}': its limit, {limit:.3g}, is more than "
-                f"{_LARGEST_LIMIT:.0e} times the median block's load, {force_unit:.3g}: check its unit; a "
-                "tie or prop that never yields needs no 'strength'"
+                f"{_LARGEST_LIMIT:.0e} times the median block load, {force_unit:.3g}: check the unit, or "
+                "omit 'strength' for a tie or prop that never yields"
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts
-    # Stresses act on this area. A contact at a corner has no area, and its dilatancy does not depend on
-    # stress.
+    # Area of each contact on which stresses act. A corner contact has no area, so its dilatancy does not
+    # depend on stress.
     section = shares(joints, joint) * scene.thickness
     is_corner = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))

@@ -11,15 +11,16 @@ import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-Form = dict[int, float]  #: A linear form: the coefficient of each factor, by the factor's number.
+#: A linear form: the coefficient of each unknown, keyed by the unknown's index number.
+Form = dict[int, float]
 
-#: Size below which a coefficient of B counts as zero. Entries of B are near one, and smaller ones are
-#: rounding.
+#: Magnitude below which a coefficient of B counts as zero. Entries of B are near one, and smaller entries are
+#: rounding errors.
 _ZERO_COEFFICIENT = 1e-14
 
 
 class EdgeFactors:
-    """Numbering of the unknowns of statics and of kinematics, and the rows of equations in these unknowns.
+    """Static and kinematic equations of a plane problem, as linear forms in numbered unknowns.
 
     An unknown, or the constant 1, is called a *factor*.
 
@@ -47,26 +48,26 @@ class EdgeFactors:
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        # Properties of all joints, zero if a joint cannot slide.
+        # Friction, cohesion and dilatancy of all joints; zero for joints that cannot slide.
         properties = np.zeros((3, c))
         properties[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = properties.tolist()
         self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
-        """Return the numbers of a joint's forces."""
+        """Return the index numbers of a joint's force unknowns."""
         return range(3 * joint, 3 * joint + 3)
 
     def rates_of(self, joint: int) -> range:
-        """Return the numbers of a joint's rates."""
+        """Return the index numbers of a joint's rate unknowns."""
         return range(4 * joint, 4 * joint + (4 if self._slides[joint] else 2))
 
     def velocities_of(self, block: int) -> range:
-        """Return the numbers of a block's velocities."""
+        """Return the index numbers of a block's velocity unknowns."""
         return self.velocities[self._rows_per_block * block :][: self._rows_per_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
-        """Return pairs of a force of the first joint and a rate of the second.
+        """Return pairs of a force unknown of the first joint and a rate unknown of the second joint.
 
         Pairs whose product is zero by complementarity are left out.
         """
@@ -74,13 +75,13 @@ class EdgeFactors:
         return (pair for pair in pairs if pair not in self.at_rest)
 
     def motion_of(self, joint: int) -> list[int]:
-        """Return the numbers of the velocities of the blocks that a joint touches."""
+        """Return the index numbers of the velocity unknowns of all blocks that touch a joint."""
         blocks = np.flatnonzero(self._touches[:, joint]).tolist()
         return [e for block in blocks for e in self.velocities_of(block)]
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
-        """Return the slacks z₁ = 2 (c + μ n) − z₀ ≥ 0 of sliding in the negative sense.
+        """Return the slacks of sliding in the negative sense, z₁ = 2 (c + μ n) − z₀ ≥ 0, as linear forms.
 
         The key of each form is the rate p₁ that is complementary to it.
         """
@@ -93,7 +94,7 @@ class EdgeFactors:
         return forms
 
     def equilibrium(self) -> Iterator[Form]:
-        """Yield equilibrium B q + λ f_L + f_D = 0, one row for each component of each block."""
+        """Yield the equilibrium equations B q + λ f_L + f_D = 0, one linear form for each row of B."""
         x2, x3, s = self._columns
         for row, (live, dead) in enumerate(zip(self.problem.live, self.problem.dead, strict=True)):
             form: Form = {self.load_factor: float(live), self.one: float(dead)}
@@ -109,9 +110,9 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Yield compatibility Aᵀd − G v = 0, with v = (u, p), three rows for each joint.
+        """Yield the compatibility equations Aᵀd − G v = 0, with v = (u, p); each joint has three.
 
-        The rows are the openings of its two edges and its slip.
+        The three equations are those of the openings of the joint's two edges and of its slip.
         """
         for j in range(self.problem.joints):
             rates = self.rates_of(j)
@@ -125,7 +126,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening (Aᵀd) of each edge that can only open, with the rate u of that edge.
+        """Yield the opening (Aᵀd) of each edge that can only open, and the index number of its rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """
@@ -141,13 +142,13 @@ class EdgeFactors:
         return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
-        """Return the motion of one kind of a joint (edge, edge or slip) as a form in the velocities."""
+        """Return a joint's edge opening (kind 0 or 1) or slip (kind 2) as a form in the velocities."""
         column = self._columns[kind][:, joint]
         rows = np.flatnonzero(np.abs(column) > _ZERO_COEFFICIENT)
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """Return the joint forces q, shape (3c,), of the factors x₂, x₃ and z₀ (or s)."""
+        """Return the joint forces q, shape (3c,), given the unknowns x₂, x₃ and z₀ (or s) of each joint."""
         problem = self.problem
         x2, x3, last = y.reshape(-1, 3).T.copy()
         n = x2 + x3
@@ -156,9 +157,9 @@ class EdgeFactors:
         return np.concatenate([x2, x3, last])
 
     def in_edges(self, p: np.ndarray) -> np.ndarray:
-        """Return rates p of the faces, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, shape (4c,).
+        """Convert rates p of all yield conditions to the rates u₂, u₃, p₀, p₁ of each joint, shape (4c,).
 
-        The sliding rates are 0 if the joint cannot slide.
+        The rates p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
         """
         problem = self.problem
         table = problem.table

@@ -11,10 +11,12 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-#: Chords on each side of the largest moment. More chords miss less of the moment and enlarge the programs.
+#: Number of chords on each side of the vertex of the moment parabola. More chords approximate the parabola
+#: better and enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of knots that divide the first chord further. More knots extend the accuracy to lower stresses.
+#: Number of additional knots that subdivide the first chord. With more knots, the approximation is accurate
+#: at lower stresses.
 _LOW_KNOTS = 4
 
 
@@ -37,10 +39,10 @@ class Chords(NamedTuple):
     constant: np.ndarray
 
 
-#: Knots x = n / (f_c L) from zero to the largest moment, at equal steps of √x.
+#: Knots x = n / (f_c L) from zero to the vertex of the parabola, at equal steps of √x.
 _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 
-#: Knots below the first of these, each a quarter of the next one.
+#: Knots x = n / (f_c L) below the first rising knot. Each knot is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
 #: All knots, from x = 0 to x = 1.
@@ -49,12 +51,13 @@ _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISIN
 #: The chords between neighbouring knots.
 CHORDS = Chords(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
-#: Largest share of the moment that a chord misses, reached by the chords next to the largest moment.
+#: Largest relative error of the moment by chords instead of the parabola. The chords next to the vertex reach
+#: this error.
 MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return rates p ≥ 0 of all chords that follow a motion and dissipate least.
+    """Return the chord rates p ≥ 0 that produce a given motion of joints with the least dissipation.
 
     Parameters
     ----------
@@ -73,14 +76,15 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     turning = np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
-    # The slopes of the chords `after - 1` and `after` enclose the ratio of opening to rotation.
+    # The ratio of opening to rotation lies between the slopes of the chords `after - 1` and `after`.
     after = (opening[:, None] < slope * turning[:, None]).sum(axis=1)
     inner = (after > 0) & (after < len(slope))
     i, k = joints[inner], after[inner]
     share = (opening[i] - slope[k] * turning[i]) / (slope[k - 1] - slope[k])
     p[sense[i], i, k - 1] = share
     p[sense[i], i, k] = turning[i] - share
-    # Beyond the first chord a joint opens more than it turns; beyond the last it crushes more than it turns.
+    # In the remaining joints, the ratio of opening to rotation is above the slope of the first chord or below
+    # the slope of the last chord.
     for end, beyond in ((0, joints[after == 0]), (-1, joints[after == len(slope)])):
         total = opening[beyond] / slope[end]
         p[:, beyond, end] = np.stack([total - rotation[beyond], total + rotation[beyond]]) / 2
@@ -88,7 +92,7 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Return the largest moment, divided by L/2, under normal forces n, shape (joints,).
+    """Return the largest moment, divided by L/2, that joints carry under normal forces n, shape (joints,).
 
     ``whole`` is f_c L of each joint. Beyond this force the result is negative.
     """
@@ -96,7 +100,7 @@ def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the energy that the parabola dissipates in a motion, divided by f_c L, shape (joints,).
+    """Return the energy that crushing by the parabola dissipates, divided by f_c L, shape (joints,).
 
     It is the largest value of |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1. Opening and rotation are those
     of :func:`chord_rates`.
@@ -107,45 +111,48 @@ def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     return turning * x * (1 - x) - opening * x
 
 
-#: Kinds of force of a joint: two normal forces and one shear in the plane, one normal force and two shears in
-#: space.
+#: Number of force components of a joint: two normal forces and one shear in the plane, one normal force and
+#: two shears in space.
 KINDS = 3
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Sizes and index conventions of the plane.
+    """Array sizes and index conventions of plane problems.
 
     :class:`SpaceLayout` overrides them for space.
     """
 
-    #: Unit shear that resists each sense of sliding, shape (senses, dimension − 1). In the plane these are +1
-    #: and −1. In space they are directions at equal angles; the first is half such an angle from the tangent.
+    #: Unit shear force that resists each sense of sliding, shape (senses, dimension − 1). In the plane these
+    #: are +1 and −1. In space they are directions at equal angles; the first lies half of this angle from the
+    #: tangent.
     senses: np.ndarray
-    factor: float = 1.0  #: share of the shear limit c + μ n that is available in each sense
-    word: str = ""  #: name of the senses in results; empty in the plane, where there is no choice
+    factor: float = 1.0  #: available shear in each sense, relative to the shear limit c + μ n
+    word: str = ""  #: name of the friction polygon in results; empty in the plane, which has no polygon
 
     dimension: ClassVar[int] = 2  #: components of a force
-    rows: ClassVar[int] = 3  #: rows of a block in B: ``dimension`` forces, then moments about its centroid
-    #: Contact points of a joint. A joint has a normal force at each point; the other kinds are shears.
+    #: Number of rows of a block in B: ``dimension`` forces, then the moments about its centroid.
+    rows: ClassVar[int] = 3
+    #: Number of contact points of a joint. Each point has a normal force; the other force components of a
+    #: joint are shears.
     points: ClassVar[int] = 2
-    round: ClassVar[bool] = False  #: True if the senses are the sides of a polygon inside a cone
-    called: ClassVar[str] = "joints"  #: name of the problem's joints in results
+    round: ClassVar[bool] = False  #: True if friction is a cone, approximated by a polygon (in space)
+    called: ClassVar[str] = "joints"  #: name of the problem's joints in printed results
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of the senses, shape (senses, k), that add up to given slips.
+        """Return the rates of sliding in each sense, shape (senses, k), that add up to given slips.
 
         The slips have shape (dimension − 1, k).
         """
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the absolute components of a load, shape (b, rows)."""
+        """Return the sum of the absolute values of all components of a load, shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
 class SpaceLayout(Layout):
-    """Sizes and index conventions of space.
+    """Array sizes and index conventions of problems in space.
 
     A block has three forces and three moments; a contact point has a normal force and two shears.
     """
@@ -157,7 +164,7 @@ class SpaceLayout(Layout):
     called = "contacts"
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of the senses, shape (senses, k), that add up to given slips, shape (2, k).
+        """Return the rates of sliding in each sense, shape (senses, k), that add up to slips of shape (2, k).
 
         Only the one or two senses next to the direction of each slip have a rate.
         """
@@ -174,7 +181,7 @@ class SpaceLayout(Layout):
         return rates
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of the forces and of the moments of a load, shape (b, 6).
+        """Return the sum over blocks of the magnitudes of force and moment of a load, shape (b, 6).
 
         Magnitudes do not depend on the axes.
         """
@@ -188,26 +195,27 @@ PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 
 def space(sides: int) -> Layout:
-    """Return the layout of space with a polygon of the given number of sides inside the friction cone.
+    """Return the layout of space, with a friction polygon of the given number of sides.
 
-    Each side is ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. One corner of the polygon lies along the tangent.
-    If the number of sides is a multiple of 4, a corner lies along each axis, where the polygon is as strong
-    as the cone.
+    The polygon lies inside the friction cone. Each side is ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. One
+    corner of the polygon lies along the tangent. If the number of sides is a multiple of 4, a corner lies
+    along each axis, where the polygon is as strong as the cone.
     """
     angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
     return SpaceLayout(senses, float(np.cos(np.pi / sides)), f"polygon of {sides} sides")
 
 
-#: Masks of the limited forces that are bounded below, and of those bounded above, shape (t,) each.
+#: Two masks of the limited forces, shape (t,) each: forces with a lower limit, and forces with an upper
+#: limit.
 Bounded = tuple[np.ndarray, np.ndarray]
 
 
 class Faces:
-    """Yield conditions of c joints, k of which can slide and l crush, and of t limited forces.
+    """Yield conditions of c joints, of which k can slide and l can crush, and of t limited forces.
 
-    They serve every form of the joint laws. A *face* is one yield condition; its slack is a force. Every
-    array over faces has this order:
+    The conditions serve every form of the joint laws. A *face* is one yield condition; its slack is a force.
+    Every array over faces has this order:
 
     1. sliding (+) of the k joints that can slide, then sliding (−); in space one group for each sense,
     2. rocking (n₁ ≥ 0) of all c joints, then rocking (n₂ ≥ 0),
@@ -253,7 +261,7 @@ class Faces:
 
     @cached_property
     def R(self) -> sp.csr_array:
-        """Return the yield matrix of all faces except sliding, shape (2c + chords + limits, 3c + t).
+        """Return the yield matrix without its sliding rows, shape (2c + chords + limits, 3c + t).
 
         - Rocking: 2 n₁ of every joint (the paper's n L/2 − m, divided by L/2), then 2 n₂; in space n.
         - Crushing: 2 n₁ − (1 − a) n for each chord of slope a, then 2 n₂ − (1 − a) n.
@@ -272,16 +280,17 @@ class Faces:
 
     @cached_property
     def L(self) -> sp.csr_array:
-        """Return the rows of R that limit forces, shape (limits, 3c + t)."""
+        """Return the rows of the yield matrix for the limits of limited forces, shape (limits, 3c + t)."""
         return self.R[self.chords.stop - self.slides.stop :]
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
-        """Return the yield matrix, shape (faces, 3c + t), one row for each face.
+        """Return the yield matrix C, shape (faces, 3c + t), with one row for each yield condition.
 
         ``slope``, shape (k,), is that of the shear limits: the increase of the limit per unit of normal
         force.
         """
-        # The arrays are assembled by hand: sparse products and sums would dominate the time of a certificate.
+        # The sparse arrays are filled directly. Sparse products and sums would dominate the time to check a
+        # certificate.
         k = len(self.sliding)
         rest = self.R
         senses, shears = self.layout.senses.shape
@@ -299,9 +308,10 @@ class Faces:
 
     @cached_property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each face, shape (faces, k).
+        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k).
 
-        It is the share of the limit that is available on sliding faces, and zero on all others.
+        The factor is the share of the limit that is available in a sense of sliding. For other conditions it
+        is zero.
         """
         sliders = np.tile(np.arange(len(self.sliding)), len(self.layout.senses))
         factors = self.layout.factor * selection(sliders, len(self.sliding))
@@ -310,9 +320,9 @@ class Faces:
 
     @cached_property
     def face_joint(self) -> np.ndarray:
-        """Return the joint that each face belongs to, shape (faces − limits,).
+        """Return the index of the joint of each yield condition, shape (faces − limits,).
 
-        The last faces, which limit forces, belong to no joint and are left out.
+        The last conditions, which limit forces, belong to no joint and are left out.
         """
         points = self.layout.points
         sliding = np.tile(self.sliding, len(self.layout.senses))
@@ -320,23 +330,23 @@ class Faces:
         return np.concatenate([sliding, rocking, np.tile(self._joint_of_chord, points)])
 
     def slip_speed(self, p: np.ndarray) -> np.ndarray:
-        """Return the speed of slip of the joints that can slide, shape (k,), for rates p, shape (faces,)."""
+        """Return the slip speed of the joints that can slide, shape (k,), for rates p, shape (faces,)."""
         senses = self.layout.senses
         return np.hypot.reduce(np.abs(senses.T @ p[self.slides].reshape(len(senses), -1)), axis=0)
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing faces at the first and second point, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions at both points of joints, shape (2, l, chords)."""
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 
     @cached_property
     def turning(self) -> np.ndarray:
-        """Return the indices of the rocking faces of the joints that can crush, shape (2, l)."""
+        """Return the indices of the rocking conditions of the joints that can crush, shape (2, l)."""
         return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 
 def selection(columns: np.ndarray, width: int) -> sp.csr_array:
-    """Return the matrix that picks entries of a vector, one in each row.
+    """Return the matrix that selects entries of a vector, one entry in each row.
 
     ``columns`` are the indices of the entries, ``width`` is the length of the vector.
     """

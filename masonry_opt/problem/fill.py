@@ -15,26 +15,26 @@ from masonry_opt.scene.loads import KINDS
 from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
 
-#: Rise of an edge, relative to its length, up to which it counts as level. A smaller value would put pressure
-#: on level edges whose coordinates are rounded.
+#: Largest rise of an edge, relative to its length, at which the edge counts as level. With a smaller value,
+#: earth pressure would act on level edges whose coordinates are rounded.
 _LEVEL_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
 class FilledPiece:
-    """A straight piece of a block's edge that a fill touches, below a straight piece of its road."""
+    """Straight piece of a block's edge in contact with a fill, below a straight piece of the road."""
 
     fill: int  #: index in the scene's fills
     block: int  #: index in the scene's blocks
     edge: int  #: index in the geometry's edges
-    ends: np.ndarray  #: ends relative to the geometry's origin, the block to their left, shape (2, 2)
+    ends: np.ndarray  #: ends relative to the geometry's origin, with the block on the left, shape (2, 2)
     depth: np.ndarray  #: depth of the ends below the road, shape (2,)
     stress: np.ndarray  #: vertical stress σ of the fill above the ends, shape (2,)
-    zone: int = 0  #: index of the fill's zone in which the piece lies
+    zone: int = 0  #: zone in which the piece lies: 0 for the fill, 1 for its backing
 
     @property
     def height(self) -> float:
-        """Return the height between the ends of the piece, 0 if it is level."""
+        """Return the difference in height between the ends of the piece, or 0 if the piece is level."""
         up = abs(float(self.ends[1, 1] - self.ends[0, 1]))
         length = float(np.hypot(*(self.ends[1] - self.ends[0])))
         return up if up > _LEVEL_TOLERANCE * length else 0.0
@@ -46,7 +46,7 @@ class FilledPiece:
 
 
 def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
-    """Return the uppermost edges below the road of a fill.
+    """Return the uppermost block edges below the road of a fill.
 
     ``number`` is the index of the fill. Raises CaseError if the road runs through a block, or there is no
     block below a part of it.
@@ -57,14 +57,14 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
     if len(uncovered):
         start, end = profile.x[uncovered[0]] + shapes.origin[0]
         raise CaseError(
-            f"{scene.origin}: fill no. {number + 1} lies above nothing from x = {start:.6g} to "
-            f"{end:.6g}: end its road there, or give it ground, a fixed block"
+            f"{scene.origin}: fill no. {number + 1} has no block below it from x = {start:.6g} to "
+            f"{end:.6g}: end its road there, or add a fixed block as ground"
         )
     return profile
 
 
 def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
-    """Return the pieces of edges that the fills of a scene touch, on movable and on fixed blocks.
+    """Return the pieces of block edges that the fills of a scene touch, on movable and fixed blocks.
 
     These are the uppermost edges below the road, and the upright faces between neighbouring ones of different
     height. Raises CaseError if a fill touches no movable block, and as :func:`profile_of` does.
@@ -84,15 +84,15 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
                 pieces += _in_zones(whole, zones, shapes)
         if all(scene.blocks[piece.block].fixed for piece in pieces):
             raise CaseError(
-                f"{scene.origin}: fill no. {number + 1} touches no movable block: its road lies on "
-                "the blocks, or over fixed ones alone"
+                f"{scene.origin}: fill no. {number + 1} touches no movable block: its road lies directly on "
+                "the blocks or only over fixed blocks; move the road above movable blocks"
             )
         pieces_of_all += pieces
     return tuple(pieces_of_all)
 
 
 def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
-    """Yield the parts of a piece of edge in the zones of a fill.
+    """Split a piece of an edge at the backing of a fill, and yield the parts with their zones.
 
     The piece is cut where the upper line of the backing bends, ends or crosses the piece.
     """
@@ -104,14 +104,14 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # The block lies to the left of an upright face. The backing is looked for a little to the right of the
-    # face, where the fill is, because a backing that ends at the face may lie on its other side.
+    # An upright face has its block on the left and the fill on the right. Test a point slightly to the right
+    # of the face, because a backing that ends at the face may lie on its other side.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
 
     def line_height(share: np.ndarray) -> np.ndarray:
-        """Return the height of the line above positions on the piece, from 0 to 1."""
+        """Return the height of the backing's upper line above positions 0 to 1 along the piece."""
         x, y = ends[0, :, None] + np.outer(ends[1] - ends[0], share)
         return np.interp(x, *line.T) - y
 
@@ -126,18 +126,18 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         middle = at[:, 0].mean() + offset
         height = line_height(share)
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
-        # Height of the backing above the ends; the rest of the depth is fill.
+        # Height of the backing above both ends of the piece; the remaining depth is fill.
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
         yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield the upright edges between and beside the edges below a fill: index, ends and depths."""
+    """Yield the index, the ends and the depths of each upright block edge that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Heights of the edges to the left and right of each boundary; beyond the ends of the road there is no
-    # fill.
+    # Heights of the edges to the left and right of each boundary between edges. The heights are infinite
+    # beyond the ends of the road, where there is no fill.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -146,7 +146,7 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
         edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
-        # A block lies to the left of its edges, so that its edges run upwards if the fill is to their right.
+        # A block lies to the left of its directed edges, so an edge runs upwards if the fill is on its right.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
@@ -155,7 +155,7 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
-    """Return the forces and moments of the weight of fills on each of the scene's blocks, by kind.
+    """Return the forces and moments that the weight of fills exerts on each block of the scene, by kind.
 
     The arrays of the kinds "dead" and "live" have shape (blocks, 3), in the scene's units. In an earthquake
     the mass of the fill pushes the blocks too.
@@ -169,7 +169,8 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
     for piece in pieces:
         across, up = piece.ends[1] - piece.ends[0]
         if scene.fills[piece.fill].weight and across:
-            # The weight of the fill is that of vertical columns above the horizontal projection of the piece.
+            # The weight on an inclined piece is that of the fill above the horizontal projection of the
+            # piece.
             per_length = scene.thickness * piece.stress * abs(across) / np.hypot(across, up)
             for kind, direction in per_weight.items():
                 acting = np.outer(per_length, direction)
@@ -178,7 +179,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """Yield the horizontal pressure of fills as limited forces, one for each edge that is not level.
+    """Yield the horizontal earth pressure of fills as limited forces, one for each piece that is not level.
 
     The resultant on a piece of a movable block lies between K_a and m K_p times the vertical stress over the
     height of the piece (Rankine), times the factor of the load case.
@@ -187,7 +188,8 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
             vertical = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
-            # The resultant of a linear pressure divides the piece in this ratio.
+            # Position of the resultant of a linearly varying pressure, as a fraction of the length of the
+            # piece.
             share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             point = (1 - share) * piece.ends[0] + share * piece.ends[1]
             # The block lies to the left of its edge.
@@ -199,7 +201,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 
 
 class Road:
-    """A road line over the blocks of a scene in the plane, and the edges below it.
+    """Road line over the blocks of a scene in the plane, with the block edges below it.
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
@@ -236,7 +238,7 @@ class Road:
         if not self._movable[self._block[self._block >= 0]].any():
             raise CaseError(
                 f"{scene.origin}: no movable block lies under {called} from {list(line[0])} to "
-                f"{list(line[-1])}: give points of a line above the blocks that carry it"
+                f"{list(line[-1])}: give the points of a line above movable blocks"
             )
         self._fills = [
             (profile_of(scene, shapes, number), math.tan(math.radians(fill.spread)))
@@ -256,7 +258,8 @@ class Road:
         are positive downwards and act at abscissae x, shape (loads,).
         """
         total = np.zeros((len(self._centroid), 3))
-        # The piece straight below each load; where two pieces meet, the one to the right.
+        # Index of the road section straight below each load. A load at a boundary belongs to the section on
+        # its right.
         piece = np.searchsorted(self._starts, x, side="right") - 1
         block = self._block[np.clip(piece, 0, len(self._block) - 1)]
         at = x - self._origin
@@ -280,7 +283,7 @@ class Road:
 
 
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shares of vertical point loads on each piece of the edges below, and their moments.
+    """Return the share of each vertical point load that acts on each edge piece, and its first moment.
 
     A load spreads in rays to both sides, and each ray acts on the first edge that it meets. With t the
     tangent of a ray to the vertical, the load is uniform over |t| ≤ ``tangent``, so that the pressure on a
@@ -305,7 +308,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
     aside = profile.x - x[:, None, None]
     depth = np.interp(x, ends, line)[:, None, None] - profile.y
     rightward, to_right = _half(aside, depth, tangent)
-    # The other half follows from the mirror image.
+    # The rays to the left are computed as rays to the right of the mirrored profile.
     mirrored = _half(-aside[:, ::-1, ::-1], depth[:, ::-1, ::-1], tangent)
     leftward, to_left = (values[:, ::-1] for values in mirrored)
     share = rightward + leftward
@@ -313,41 +316,42 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shares of the rays to one side of loads, and their first moments about the loads.
+    """Return the shares of loads that spread to one side, and their first moments about the loads.
 
     The near and far ends of successive pieces lie u beside and h below the load, shape (loads, pieces, 2).
     The results have shape (loads, pieces).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # Pieces are cut at the load: the part behind it belongs to the other half.
+    # Each piece is cut at the position of the load; the part behind the load belongs to the other side.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Tangents of the rays to both ends of each piece, at most that of the angle of spread.
+    # Tangents of the rays to both ends of each piece, limited to the tangent of the angle of spread.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays up to tangent `before` meet earlier pieces, and rays up to `after` this piece or earlier ones.
+    # Rays with a tangent up to `before` meet earlier pieces. Rays up to `after` meet this piece or an earlier
+    # one.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Positions s on the piece, from 0 to 1, of the first and the last ray that meet it. The density of the
-    # rays along the piece is proportional to 1 / h²; the resultant acts at the centre of this density.
+    # Positions from 0 to 1 on each piece at which the first and the last ray meet it. The density of the rays
+    # along the piece is proportional to 1 / h²; the resultant acts at the centroid of this density.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
-    # Rays that an upright face stops go down at the far end of the preceding piece.
+    # Rays that meet an upright face act at the far end of the preceding piece.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]
     stopped[:, -1] = tangent - after[:, -1]
     return (meets + stopped) / (2 * tangent), (meets * at + stopped * u1) / (2 * tangent)
 
 
 def _centre(h0: np.ndarray, h1: np.ndarray) -> np.ndarray:
-    """Return the centre ∫ s / h² ds / ∫ 1 / h² ds over 0 ≤ s ≤ 1, with h linear from h0 to h1.
+    """Return the centroid (∫ s / h² ds) / (∫ 1 / h² ds) over 0 ≤ s ≤ 1, with h linear from h0 to h1.
 
     A Taylor series replaces the closed form if h0 and h1 are nearly equal.
     """

@@ -13,16 +13,16 @@ from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
 class _Limited:
-    """Base of the joint laws, which evaluate slacks and energies of one kind of limit."""
+    """Base class of friction and strength laws, which evaluate slacks and energies."""
 
-    conic = False  #: True if the law is a curve, which needs a solver of conic programs
+    conic = False  #: True if the law is a curve (cone or parabola), which needs a conic solver
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
 
 
 class Sides(_Limited):
-    """Coulomb friction with cohesion, one linear condition for each sense e of sliding.
+    """Coulomb friction with cohesion, as one linear condition for each sense e of sliding.
 
         factor (c + μ n) − e·s ≥ 0
 
@@ -31,11 +31,11 @@ class Sides(_Limited):
 
     @property
     def word(self) -> str:
-        """Return the name of the law in results, empty in the plane, where there is no choice."""
+        """Return the name of the friction law in results; empty in the plane, which has only one law."""
         return self.layout.word
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Return the energy of joints that slide below the shear limit.
+        """Return the complementarity error: the energy of joints that slide below their shear limit.
 
         Parameters
         ----------
@@ -49,30 +49,33 @@ class Sides(_Limited):
         return float(np.abs(z * slides).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """Return the slip of each joint, shape (k,), for rates of the senses, shape (senses, k).
+        """Return the slip rate of each joint, shape (k,), given the rates of its senses, shape (senses, k).
 
-        The slip times the shear limit is the dissipated power.
+        The slip rate times the shear limit is the dissipated power.
         """
         return np.asarray(self.layout.factor * slides.sum(axis=0))
 
 
 class Cone(Sides):
-    """The friction cone in space, c + μ n ≥ |(s, t)|."""
+    """Coulomb friction with cohesion in space, as the cone |(s, t)| ≤ c + μ n."""
 
     conic = True
     word = "cone"
 
     def slacks(self, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the slack c + μ n − |(s, t)|, shape (k,), which all senses share."""
+        """Return the slack c + μ n − |(s, t)| of the friction cone of each joint, shape (k,).
+
+        All senses of sliding share this slack.
+        """
         return self._limit(n) - np.hypot(*shears)
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Return the energy of joints that slide below the shear limit; see :meth:`Sides.energy`."""
+        """Return the complementarity error of sliding on the cone; see :meth:`Sides.energy`."""
         work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
         return float(np.abs(self._limit(n) * self.speed(slides) - work).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """Return the magnitude of the slip of each joint, shape (k,)."""
+        """Return the magnitude of the slip rate of each joint, shape (k,)."""
         return np.hypot(*(self.layout.senses.T @ slides))
 
     def _limit(self, n: np.ndarray) -> np.ndarray:
@@ -80,12 +83,12 @@ class Cone(Sides):
 
 
 class Chords(_Limited):
-    """Limited strength by chords of the parabola at both points of a joint (see :data:`~.faces.CHORDS`)."""
+    """Limited compressive strength, as chords of the moment parabola (see :data:`~.faces.CHORDS`)."""
 
     word = "chords"
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Return the energy of joints that crush below their strength.
+        """Return the complementarity error: the energy of joints that crush below their strength.
 
         Parameters
         ----------
@@ -98,7 +101,7 @@ class Chords(_Limited):
 
 
 class Parabola(Chords):
-    """Limited strength by the parabola: 2 n₁, 2 n₂ ≥ n² / (f_c L).
+    """Limited compressive strength, as the parabola 2 n₁, 2 n₂ ≥ n² / (f_c L).
 
     This is the paper's |m| ≤ L/2 (n − n² / (f_c L)).
     """
@@ -107,12 +110,12 @@ class Parabola(Chords):
     word = "parabola"
 
     def slacks(self, at_points: np.ndarray) -> np.ndarray:
-        """Return the slack at each point, shape (2, l), which all chords of the point share."""
+        """Return the slack at both points of each joint, shape (2, l), which all chords of a point share."""
         slacks: np.ndarray = self.layout.points * at_points
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Return the energy of joints that crush below their strength; see :meth:`Chords.energy`."""
+        """Return the complementarity error of crushing on the parabola; see :meth:`Chords.energy`."""
         first, second = at_points
         opening = (p.sum(axis=0) * CHORDS.slope).sum(axis=1)
         turning = (p[1] - p[0]).sum(axis=1)
@@ -122,13 +125,13 @@ class Parabola(Chords):
 
 
 class Forms(NamedTuple):
-    """The classes that evaluate friction and strength."""
+    """The two classes that evaluate the friction law and the strength law."""
 
     friction: type[Sides] = Sides
     strength: type[Chords] = Chords
 
 
-#: Polygons for friction and chords for strength, as linear programs need them.
+#: Laws for linear programs: friction by a polygon, strength by chords.
 BY_FACES = Forms()
 
 
@@ -137,19 +140,21 @@ class Law:
     """Friction and strength of the joints, and limits of the limited forces, in dimensionless units."""
 
     sliding: np.ndarray  #: indices of the joints that can slide (friction is limited), shape (k,)
-    friction: np.ndarray  #: μ of the joints that can slide, shape (k,)
-    cohesion: np.ndarray  #: cohesion of these joints as a force (per unit length × L), shape (k,)
-    dilatancy: np.ndarray  #: tan φ₀ of these joints, shape (k,)
-    #: Normal force up to which the dilatancy is full, and normal force from which it is zero, shape (k, 2).
-    #: Both are ``inf`` if the dilatancy does not depend on the normal force.
+    friction: np.ndarray  #: friction coefficient μ of the joints that can slide, shape (k,)
+    #: Cohesion of the joints that can slide, as a force (stress × joint area), shape (k,).
+    cohesion: np.ndarray
+    dilatancy: np.ndarray  #: dilatancy tan φ₀ of the joints that can slide, shape (k,)
+    #: Two normal forces of each joint that can slide, shape (k, 2): the dilatancy is full up to the first and
+    #: zero from the second. Both are ``inf`` if the dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
-    crushing_force: np.ndarray  #: f_c L, the normal force that crushes all of such a joint, shape (l,)
-    #: Lower limits of the limited forces, −``inf`` if there is none, shape (t,).
+    crushing_force: np.ndarray  #: normal force f_c L at which the whole joint crushes, shape (l,)
+    #: Lower limits of the limited forces, shape (t,); −``inf`` for a force without lower limit.
     lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    #: Upper limits of the limited forces, ``inf`` if there is none, shape (t,).
+    #: Upper limits of the limited forces, shape (t,); ``inf`` for a force without upper limit.
     highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    forms: Forms = BY_FACES  #: the forms, curve or polygon, in which friction and strength are evaluated
+    #: Classes that evaluate friction (polygon or cone) and strength (chords or parabola).
+    forms: Forms = BY_FACES
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:
@@ -157,10 +162,10 @@ class Law:
         return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """Return the dilatancy tan φ₀ of the joints that can slide, shape (k,): section 6.5 of the paper.
+        """Return the dilatancy tan φ₀ under given normal forces, shape (k,), by section 6.5 of the paper.
 
-        ``n`` are the normal forces of all joints, shape (c,). The dilatancy falls linearly between the two
-        forces of ``dilatancy_force``.
+        The result has one value for each joint that can slide. ``n`` are the normal forces of all joints,
+        shape (c,). The dilatancy falls linearly between the two forces of ``dilatancy_force``.
         """
         depends = np.isfinite(self.dilatancy_force[:, 1])
         full, none = self.dilatancy_force[depends].T

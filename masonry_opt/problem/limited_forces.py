@@ -32,18 +32,19 @@ class Role(StrEnum):
 class Action:
     """Force and moment that one unit of a limited force exerts on a block."""
 
-    block: int  #: index in the scene's blocks; −1 is the ground
+    block: int  #: index of the block in the scene; −1 for the ground
     point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (dim,)
-    force: np.ndarray  #: shape (dim,)
-    couple: np.ndarray | float = 0.0  #: further moment, shape (1,), in space (3,); 0 for none
+    force: np.ndarray  #: force per unit of T, shape (dim,)
+    #: Additional moment per unit of T, shape (1,), in space (3,); 0 for none.
+    couple: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)
 class LimitedForce:
-    """A force T within limits, in the scene's unit of force."""
+    """A force T with a lower and an upper limit, in the scene's unit of force."""
 
-    role: Role  #: T > 0 is tension of a tie, compression of a prop
-    name: str  #: its name in results
+    role: Role  #: kind of force; T > 0 is tension of a tie or compression of a prop
+    name: str  #: name of the force in results
     actions: tuple[Action, ...]  #: its actions on blocks, per unit of T
     lowest: float = -inf  #: lower limit of T
     highest: float = inf  #: upper limit of T
@@ -52,7 +53,7 @@ class LimitedForce:
 def columns(
     limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray, length_unit: float
 ) -> sp.csr_array:
-    """Return the columns of B of limited forces, shape (3b, t).
+    """Return the columns of the equilibrium matrix B for limited forces, shape (3b, t).
 
     ``centroid`` has the centroids of all blocks of the scene, ``movable`` the indices of those that can move,
     shape (b,).
@@ -80,7 +81,8 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
     CaseError
         If an end does not lie in its block, or both ends are at one point.
     """
-    # A fixed block named "ground" stands for the whole ground, which reaches farther than the block.
+    # A fixed block named "ground" represents the whole ground, so an end on the ground need not lie in the
+    # block.
     number_of = {
         block.name: number
         for number, block in enumerate(scene.blocks)
@@ -102,15 +104,15 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'none'}: give a "
-                    f"point inside '{name}' or on its outline, or in 'between' the block that it lies in"
+                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: give "
+                    f"a point inside '{name}' or on its outline, or name the block of this point in 'between'"
                 )
         along = points[1] - points[0]
         length = np.linalg.norm(along)
         if length <= shapes.tolerance:
             raise CaseError(
-                f"{scene.origin}: {role} between {list(strut.between)}: its two ends are nearer than the "
-                f"tolerance, {shapes.tolerance:.3g}: give two points of its line"
+                f"{scene.origin}: {role} between {list(strut.between)}: the distance of its ends is below "
+                f"the tolerance, {shapes.tolerance:.3g}: give two distinct points"
             )
         towards = (along if role is Role.TIE else -along) / length
         actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))

@@ -16,27 +16,31 @@ from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import AnyBlock
 
-#: How a force is given ("weight", "dead" or "live"), and the group of its load.
+#: Kind of a force in the scene ("weight", "dead" or "live"), and its load group.
 _Group = tuple[str, str | None]
 
 
 class _GivenForce(NamedTuple):
-    """A force on a block, as the scene gives it."""
+    """Force on a block as specified in the scene, without the factors of the load case."""
 
-    row: int  #: number of its block among the movable blocks
-    force: np.ndarray  #: shape (dim,)
+    row: int  #: index of the force's block among the movable blocks
+    force: np.ndarray  #: force vector, shape (dim,)
     at: Sequence[float] | None  #: point of action; None for the centroid
-    mass: float | None  #: weight that an earthquake shakes; None for the part of the force along gravity
+    #: Weight that an earthquake accelerates; None for the component of the force along gravity.
+    mass: float | None
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces of one kind, none of them zero. Several may act on one block."""
+    """Nonzero forces of one kind (weight, dead or live) on movable blocks.
 
-    block: np.ndarray  #: number of the movable block on which each force acts, shape (f,)
-    force: np.ndarray  #: in the scene's unit of force, shape (f, dim)
+    Several forces may act on one block.
+    """
+
+    block: np.ndarray  #: index of the movable block on which each force acts, shape (f,)
+    force: np.ndarray  #: force vectors in the scene's unit of force, shape (f, dim)
     point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (f, dim)
-    couple: np.ndarray  #: further moment on each movable block, shape (b, 1), in space (b, 3)
+    couple: np.ndarray  #: additional moment on each movable block, shape (b, 1), in space (b, 3)
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
         """Return the resultant of the forces on each block about its centroid, shape (3b,).
@@ -50,7 +54,7 @@ class Forces:
 
 
 def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the moments of forces with the given arms, shape (f, 1), in space (f, 3).
+    """Return the moments of forces about a point, given their lever arms; shape (f, 1), in space (f, 3).
 
     Arms and forces have shape (f, dim).
     """
@@ -60,12 +64,12 @@ def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def moments_in(dimension: int) -> int:
-    """Return the number of components of a moment: one in the plane, three in space."""
+    """Return the number of components of a moment vector: one in the plane, three in space."""
     return dimension * (dimension - 1) // 2
 
 
 def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
-    """Return one number for each component of a force and another for each of a moment.
+    """Return an array that repeats one value for force components and another for moment components.
 
     The shape is (3,) in the plane and (6,) in space.
     """
@@ -74,7 +78,7 @@ def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class Loads:
-    """Forces on the movable blocks of a scene in its load case, without edge loads.
+    """Forces on the movable blocks of a scene in its load case, except edge loads.
 
     - ``weight``: the weights of the blocks.
     - ``dead``: further dead forces.
@@ -116,7 +120,7 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
 def _given_forces(
     scene: Scene, blocks: Sequence[AnyBlock], weight: np.ndarray
 ) -> dict[_Group, list[_GivenForce]]:
-    """Return the forces as the scene gives them, by kind and group, without factors."""
+    """Return the forces specified in the scene, by kind and load group, without load case factors."""
     row_of = {block.name: row for row, block in enumerate(blocks)}
     down = scene.down
     default_mass = _default_mass(scene)
@@ -135,14 +139,17 @@ def _given_forces(
             entries = given.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
-                mass = 0.0  # a mass counts once, with the first force of its load
+                mass = 0.0  # count the mass of a load once, with its first force
     per_weight = [block.live_per_weight for block in blocks]
     given["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
     return given
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the mass of a force that gives none: None for its part along gravity, 0 for no mass."""
+    """Return the mass of a force for which the scene specifies no mass.
+
+    None means that the mass is the component of the force along gravity; 0 means no mass.
+    """
     earthquake = scene.shaken_by
     return None if earthquake is None or earthquake.dead_as_mass else 0.0
 
@@ -153,7 +160,7 @@ def _weight_forces(
     multiples: Sequence[Sequence[float] | np.ndarray],
     mass: float | None = None,
 ) -> list[_GivenForce]:
-    """Return a force on each block: its weight times a vector, where the weight acts."""
+    """Return a force on each block: its weight times a given vector, at the point where the weight acts."""
     forces = weight[:, None] * np.array(multiples)
     return [
         _GivenForce(row, force, block.weight_at, mass)
@@ -162,7 +169,7 @@ def _weight_forces(
 
 
 def _factored_forces(scene: Scene, given: dict[_Group, list[_GivenForce]]) -> dict[str, list[_GivenForce]]:
-    """Return the forces times the factors of the load case: weights, other dead forces, and live ones.
+    """Return weights, other dead forces and live forces, multiplied by the factors of the load case.
 
     In an earthquake the live forces are the masses times its acceleration.
     """
@@ -184,7 +191,7 @@ def _factored_forces(scene: Scene, given: dict[_Group, list[_GivenForce]]) -> di
 
 
 def _couples(scene: Scene, blocks: Sequence[AnyBlock], kind: Kind) -> np.ndarray:
-    """Return the moments given on each block that act as dead or as live, shape (b, 1), in space (b, 3)."""
+    """Return the specified moments that act on blocks as dead or live load, shape (b, 1) or (b, 3)."""
     row_of = {block.name: row for row, block in enumerate(blocks)}
     none = (0.0,) * moments_in(scene.dimension)
     total = np.zeros((len(blocks), len(none)))
@@ -201,7 +208,7 @@ def _couples(scene: Scene, blocks: Sequence[AnyBlock], kind: Kind) -> np.ndarray
 def _forces(
     entries: Sequence[_GivenForce], couple: np.ndarray, shapes: Extents, movable: np.ndarray
 ) -> Forces:
-    """Return the forces of one kind that are not zero, with their points of action."""
+    """Return the nonzero forces of one kind, with their points of action."""
     acting = [entry for entry in entries if entry.force.any()]
     row = np.array([entry.row for entry in acting], dtype=int)
     point = shapes.centroid[movable[row]]
@@ -214,17 +221,17 @@ def _forces(
 
 @dataclass(frozen=True)
 class LoadedPiece:
-    """A free piece of a block's edge with its load, which is linear between the ends."""
+    """Free piece of a block's edge with its load, which varies linearly between the ends."""
 
-    load: int  #: index of the load in the scene's edge loads, or of the fill in its fills
-    block: int  #: index of the block in the scene's blocks
+    load: int  #: index of the load among the scene's edge loads, or of the fill among its fills
+    block: int  #: index of the block in the scene's list of blocks
     kind: Kind  #: "dead" or "live"
     ends: np.ndarray  #: ends of the piece, relative to the geometry's origin, shape (2, 2)
-    intensity: np.ndarray  #: force per unit length at the ends, for the whole thickness, shape (2, 2)
+    intensity: np.ndarray  #: force per unit length at both ends, over the whole thickness, shape (2, 2)
 
 
 def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:
-    """Return the resultants of loads on edges, about the centroid of each of the scene's blocks, by kind.
+    """Return the resultants of edge loads about the centroid of each block of the scene, by kind.
 
     The shape is (blocks, 3) in the scene's units. In space, where edges carry no loads, it is (blocks, 6).
     """
@@ -237,7 +244,7 @@ def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.n
         length = np.hypot(*line)
         force = length * intensity.mean(axis=0)
         arm = ends.mean(axis=0) - shapes.centroid[piece.block]
-        # The part of the load that grows along the piece has a moment about the middle of the piece.
+        # The linearly varying part of the load has a moment about the middle of the piece.
         growing = length / 12 * (intensity[1] - intensity[0])
         moment = arm[0] * force[1] - arm[1] * force[0] + line[0] * growing[1] - line[1] * growing[0]
         total[piece.kind][piece.block] += [*force, moment]
@@ -247,7 +254,7 @@ def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.n
 def along(
     tail: np.ndarray, tip: np.ndarray, start: np.ndarray, end: np.ndarray, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the segments that run along a line, and the parts of the line that they share.
+    """Return the segments that lie along a line, and the part of the line that each segment covers.
 
     Parameters
     ----------
@@ -269,14 +276,14 @@ def along(
     length = np.hypot(*line)
     ahead = line / length
     across = np.array([-line[1], line[0]]) / length
-    # Coordinates of the segments' ends: x along the line, y across it.
+    # Coordinates of the segments' ends: x along the line, y perpendicular to it.
     x0, x1 = (tail - start) @ ahead, (tip - start) @ ahead
     y0, y1 = (tail - start) @ across, (tip - start) @ across
     low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Distance of the segments from the line at both ends of the shared length.
+    # Distances of each segment from the line, at both ends of their common part.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])
@@ -286,10 +293,10 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the pieces of edges on which edge loads act, and the ineffective length of each load's line.
+    """Return the edge pieces on which edge loads act, and the length of each load's line without an edge.
 
     A load acts on the edges of movable blocks that lie on its line within the tolerance, except where joints
-    cover them. Along the ineffective length there is no such edge, and the load does nothing.
+    cover these edges. Where its line has no such edge, the load has no effect.
 
     Raises
     ------
@@ -315,8 +322,8 @@ def loaded_pieces(
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint lies midway between the edges of its two blocks, up to half the tolerance from each, so that
-        # twice the tolerance always matches a joint with the line of the load.
+        # A joint lies midway between the edges of its two blocks, at most half the tolerance from each edge.
+        # With twice the tolerance, the line of the load always finds this joint.
         covering, covered = along(*joint_lines, start, end, 2 * shapes.tolerance)
         loaded: list[tuple[float, float]] = []
         for edge, span in zip(edges[movable], spans[movable], strict=True):
@@ -337,7 +344,7 @@ def loaded_pieces(
 
 
 def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    """Return the force per unit length on an edge, shape (points, 2).
+    """Return the force per unit length of an edge load at positions along its line, shape (points, 2).
 
     ``at`` are positions along the load's line, from 0 at its start to 1 at its end, and ``edge`` is the
     direction of the edge.
@@ -350,7 +357,7 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
 
 
 def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
-    """Return the parts of a load's intensity, shape (points, 2), that act as dead and as live.
+    """Return the parts of an edge load that act as dead load and as live load, shape (points, 2) each.
 
     In an earthquake the mass of the load adds a live part.
     """
@@ -373,15 +380,17 @@ def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, n
 
 
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:
-    """Return the error of an edge load that meets no free edge of a movable block."""
+    """Return the CaseError for an edge load that meets no free edge of a movable block."""
     load = scene.edge_loads[number - 1]
     if movable:
-        why = "the edges there are covered by other blocks: load a free edge, or a block in a [[load]]"
+        why = "other blocks cover the edges on its line; load a free edge, or load a block with [[load]]"
     elif fixed:
-        why = "only fixed blocks have an edge there, and carry no load: load a movable block"
+        why = "all edges on its line belong to fixed blocks, which carry no load; load a movable block"
     else:
-        why = "no block has an edge there: give two points of one, raise 'tolerance', or write a [[load]]"
+        why = (
+            "no block has an edge on its line; give two points of an edge, raise 'tolerance', or use [[load]]"
+        )
     return CaseError(
-        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole "
-        f"length of {length:.6g} meets no free edge of a movable block: {why}"
+        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its line, of "
+        f"length {length:.6g}, meets no free edge of a movable block: {why}"
     )

@@ -14,14 +14,14 @@ from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
-#: Sides of the polygon inside the friction cone. More sides are nearer to the cone and enlarge the programs:
-#: load factors of corner walls are about 0.2 % lower than by the cone, with 16 sides 0.5 %, with 12 sides 1
-#: %.
+#: Number of sides of the friction polygon, which lies inside the cone. More sides approximate the cone better
+#: and enlarge the programs. Load factors of corner walls are below those of the cone by about 0.2 % with 24
+#: sides, 0.5 % with 16 and 1 % with 12.
 SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
-    """Return the length or area of each of the problem's joints, shape (c,).
+    """Return the length, in space the area, of each of the problem's joints, shape (c,).
 
     The contact points of a joint have equal shares of its length or area.
     """
@@ -30,18 +30,19 @@ def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium of b movable blocks under the forces of c joints and t limited forces."""
+    """Equilibrium matrix of b movable blocks with c joints and t limited forces, and its indices."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
-    #: centroid. The columns are n₁ (compression > 0) at the start of all joints, n₂ at their end, s, then the
-    #: limited forces of ties, props and earth. The paper's n is n₁ + n₂; its m, about the joint's middle, is
-    #: L/2 (n₂ − n₁). In space the columns are n of all contact points, then s, then t.
+    #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at
+    #: their end, the shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about
+    #: the middle of the joint is L/2 (n₂ − n₁). In space the columns are n of all contact points, the shears
+    #: s, then t.
     B: sp.csr_array
-    #: Length of each joint, in space the area of each contact point, divided by the median, shape (c,). The
-    #: stiffness of elastic contacts is proportional to it. It is 1 for a corner on an edge, which has no
-    #: length.
+    #: Length of each joint, in space the area of each contact point, divided by the median; shape (c,). The
+    #: stiffness of elastic contacts is proportional to this value. The value is 1 for a corner contact, which
+    #: has no length.
     extent: np.ndarray
-    length_unit: float  #: the unit of length, in the scene's own unit
+    length_unit: float  #: length, in the scene's unit, by which lengths are divided
     layout: Layout = PLANE  #: index conventions of the plane or of space
     limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
@@ -55,7 +56,7 @@ class Matrices:
         length_unit: float,
         limited: Sequence[LimitedForce] = (),
     ) -> "Matrices":
-        """Assemble the matrices of the blocks with the given indices.
+        """Assemble the equilibrium matrix of the blocks with the given indices.
 
         A column of B has the forces and moments that one unit of a joint force exerts on the joint's first
         block, and the opposite on its second block. The shear s acts along the joint's tangent; in space t
@@ -66,7 +67,8 @@ class Matrices:
         points = joints.point[pressed]
         count = len(joint)
         normal, *tangents = joints.axes[:, joint]
-        # Point of action and direction of each kind of force: normals at the points, shears at their mean.
+        # Point of action and direction of each force component: normal forces act at the contact points,
+        # shears at the mean of these points.
         normal_forces = [(point, normal) for point in points]
         shears = [(points.mean(axis=0), tangent) for tangent in tangents]
         row_of = np.full(len(shapes.size), -1)
@@ -81,7 +83,7 @@ class Matrices:
                 numbers.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
                 values.append(entries)
         row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
-        # Fixed blocks have no rows. Exact zeros, as of axis-aligned joints, are not stored.
+        # Drop the rows of fixed blocks, and exact zeros such as those of axis-aligned joints.
         stored = (row >= 0) & (value != 0)
         shape = layout.rows * len(movable), KINDS * count
         B = sp.csr_array((value[stored], (row[stored], column[stored])), shape=shape)
@@ -98,23 +100,23 @@ class Matrices:
 
     @property
     def joints(self) -> int:
-        """Return the number of joints, c; in space that of contact points."""
+        """Return the number of joints, c; in space the number of contact points."""
         return (self.B.shape[1] - self.limited) // KINDS
 
     @cached_property
     def of_joints(self) -> sp.csr_array:
-        """Return the columns of B of the joints, shape (3b, 3c)."""
+        """Return the columns of B for the joint forces, shape (3b, 3c)."""
         return self.B[:, : KINDS * self.joints] if self.limited else self.B
 
     @cached_property
     def of_limited(self) -> sp.csr_array:
-        """Return the columns of B of the limited forces, shape (3b, t)."""
+        """Return the columns of B for the limited forces, shape (3b, t)."""
         return self.B[:, KINDS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Return the yield conditions for given joints that slide, joints that crush and bounded forces.
+        """Return the yield conditions for given sliding joints, crushing joints and limited forces.
 
-        Equal arguments return the same object, so that all joint laws share what it has computed.
+        Equal arguments return the same object, so that all joint laws share its computed arrays.
         """
         key = tuple(array.tobytes() for array in (sliding, crushing, *bounded))
         if key not in self._tables:
@@ -122,18 +124,18 @@ class Matrices:
         return self._tables[key]
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
-        """Return loads or velocities, shape (3b,), as an array with one row a block, shape (b, 3)."""
+        """Reshape loads or velocities, shape (3b,), to one row for each block, shape (b, 3)."""
         return of_rows.reshape(-1, self.layout.rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return forces or motions of joints, one row for each kind of force, shape (3, c).
+        """Return joint forces or motions with one row for each force component, shape (3, c).
 
         The argument has values of all columns of B, shape (3c + t,).
         """
         return of_columns[: len(of_columns) - self.limited].reshape(KINDS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return limited forces or their motions, shape (t,).
+        """Return the limited forces, or their motions, shape (t,), from values of all columns of B.
 
         The argument has values of all columns of B, shape (3c + t,).
         """
@@ -153,15 +155,15 @@ class Matrices:
 
     @cached_property
     def longest_arm(self) -> np.ndarray:
-        """Return the longest arm of a joint force on each block, shape (b,), in length units."""
+        """Return the longest lever arm of a joint force on each block, shape (b,), in units of length."""
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
-        # A block that is held by ties alone has no joint; its arm is the unit of length.
+        # A block held by ties alone has no joint; its longest arm is set to the unit of length.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property
     def part(self) -> np.ndarray:
-        """Return the number of the connected component that each joint is in, shape (c,).
+        """Return the index of the connected component of each joint, shape (c,).
 
         Joints are connected by movable blocks. Supports do not connect them.
         """

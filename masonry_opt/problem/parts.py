@@ -15,7 +15,7 @@ from masonry_opt.problem.matrices import Matrices
 
 
 class ProblemParts:
-    """Read-only access to what the matrices, the law and the faces of a problem define.
+    """Read-only short names for the contents of a problem's matrices, joint law and yield conditions.
 
     :class:`~.problem.Problem` adds the loads.
     """
@@ -25,7 +25,7 @@ class ProblemParts:
 
     @cached_property
     def table(self) -> Faces:
-        """Return the yield conditions, shared by all problems that limit the same joints and forces."""
+        """Return the yield conditions; problems with equally limited joints and forces share the object."""
         bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
         return self.matrices.faces(self.sliding, self.crushing, bounded)
 
@@ -36,7 +36,7 @@ class ProblemParts:
 
     @property
     def length_unit(self) -> float:
-        """Return the unit of length, in the scene's own unit."""
+        """Return the length, in the scene's unit, by which lengths are divided."""
         return self.matrices.length_unit
 
     @property
@@ -51,24 +51,24 @@ class ProblemParts:
 
     @property
     def joints(self) -> int:
-        """Return the number of joints, c; in space that of contact points."""
+        """Return the number of joints, c; in space the number of contact points."""
         return self.matrices.joints
 
     @property
     def part(self) -> np.ndarray:
-        """Return the number of the connected component of each joint, shape (c,)."""
+        """Return the index of the connected component of each joint, shape (c,)."""
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the limited forces, or their motions, shape (t,), in values of all columns."""
+        """Return the limited forces, or their motions, shape (t,), from values of all columns of B."""
         return self.matrices.of_forces(of_columns)
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
-        """Return loads or velocities, shape (3b,), as an array with one row a block, shape (b, 3)."""
+        """Reshape loads or velocities, shape (3b,), to one row for each block, shape (b, 3)."""
         return self.matrices.by_block(of_rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return forces or motions of joints, shape (3c + t,), one row for each kind, shape (3, c)."""
+        """Return joint forces or motions with one row for each force component, shape (3, c)."""
         return self.matrices.by_kind(of_columns)
 
     @property
@@ -98,22 +98,22 @@ class ProblemParts:
 
     @property
     def crushing_force(self) -> np.ndarray:
-        """Return the normal force f_c L that crushes each such joint whole, shape (l,)."""
+        """Return the normal force f_c L at which a joint of limited strength crushes entirely, shape (l,)."""
         return self.law.crushing_force
 
     @property
     def lowest(self) -> np.ndarray:
-        """Return the lower limit of each limited force, −inf if there is none, shape (t,)."""
+        """Return the lower limit of each limited force, shape (t,); −inf for a force without lower limit."""
         return self.law.lowest
 
     @property
     def highest(self) -> np.ndarray:
-        """Return the upper limit of each limited force, inf if there is none, shape (t,)."""
+        """Return the upper limit of each limited force, shape (t,); inf for a force without upper limit."""
         return self.law.highest
 
     @property
     def forms(self) -> Forms:
-        """Return the forms of the friction law and of the strength law."""
+        """Return the classes that evaluate the friction law and the strength law."""
         return self.law.forms
 
     @property
@@ -122,7 +122,7 @@ class ProblemParts:
         return self.law.dilatancy_depends_on_stress
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """Return the dilatancy tan φ₀, shape (k,), under normal forces of all joints, shape (c,)."""
+        """Return the dilatancy tan φ₀, shape (k,), under the normal forces n of all joints, shape (c,)."""
         return self.law.dilatancy_at(n)
 
     @property
@@ -132,17 +132,17 @@ class ProblemParts:
 
     @property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each face, shape (faces, k)."""
+        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k)."""
         return self.table.limit_factors
 
     @property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing faces, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions at both points of joints, shape (2, l, chords)."""
         return self.table.bent
 
     @property
     def face_joint(self) -> np.ndarray:
-        """Return the joint of each face that belongs to a joint, shape (faces − limits,)."""
+        """Return the index of the joint of each yield condition, shape (faces − limits,)."""
         return self.table.face_joint
 
     @property
@@ -151,5 +151,5 @@ class ProblemParts:
         return self.table.count
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
-        """Return the yield matrix with shear limits of a slope, shape (k,): shape (faces, 3c + t)."""
+        """Return the yield matrix C, shape (faces, 3c + t), for a slope of the shear limits, shape (k,)."""
         return self.table.C(slope)

@@ -33,9 +33,9 @@ _T = TypeVar("_T")
 
 
 class Of(property, Generic[_T]):
-    """Read-only attribute of an object that is stored in one of its parts.
+    """Read-only property that returns an attribute of a component of the object.
 
-    ``part`` is the name of the part. The attribute has the same name there, unless ``name`` is given.
+    ``part`` is the name of the component. The attribute has the same name there, unless ``name`` is given.
     """
 
     def __init__(self, part: str, name: str = "") -> None:
@@ -76,8 +76,8 @@ class Problem(ProblemParts):
     law: Law
     dead: np.ndarray  #: dead load f_D, shape (3b,)
     live: np.ndarray  #: live load f_L, shape (3b,)
-    force_unit: float  #: the unit of force, in the scene's own unit
-    #: Joint forces under the dead load, shape (3c + t,), from which load histories start; None if not known.
+    force_unit: float  #: force, in the scene's unit, by which forces are divided
+    #: Joint forces under the dead load, shape (3c + t,), at which load histories start; None if unknown.
     settled: np.ndarray | None = None
 
     def same_program(self, other: "Problem") -> bool:
@@ -93,7 +93,7 @@ class Problem(ProblemParts):
 
     @property
     def recession_cone(self) -> "Problem":
-        """Return the problem of force directions that can be added without bound.
+        """Return the recession cone: the problem whose admissible forces can be scaled up without bound.
 
         Cohesion, strength and all finite force limits are zero.
         """
@@ -105,9 +105,9 @@ class Problem(ProblemParts):
 
     @property
     def lowest_forces(self) -> np.ndarray:
-        """Return forces, shape (3c + t,), that are zero except for limited forces at their lowest value.
+        """Return forces in which each limited force has its lower limit and joint forces are zero.
 
-        A limited force without a finite lowest value is zero too.
+        The shape is (3c + t,). A limited force without a finite lower limit is zero too.
         """
         forces = np.zeros(self.B.shape[1])
         forces[self.B.shape[1] - len(self.lowest) :] = np.where(np.isfinite(self.lowest), self.lowest, 0.0)
@@ -115,7 +115,7 @@ class Problem(ProblemParts):
 
     @property
     def with_lowest_forces_as_load(self) -> "Problem":
-        """Return a problem whose limited forces count from their lowest values, which join the dead load."""
+        """Return an equivalent problem with the lower limits of limited forces as part of the dead load."""
         constant = self.lowest_forces
         if not constant.any():
             return self
@@ -126,12 +126,12 @@ class Problem(ProblemParts):
 
     @cached_property
     def statics_fix_forces(self) -> bool:
-        """True if equilibrium alone is shown to fix all joint forces, as in a stack in the plane."""
+        """Return True if equilibrium alone is shown to determine all joint forces, as in a plane stack."""
         return has_independent_columns(self.B)
 
     @property
     def live_norm(self) -> float:
-        """Return Σ|f_L|, the sum of the sizes of the live load's components.
+        """Return Σ|f_L|, the sum of the magnitudes of the live load's components.
 
         The layout defines the sum, see :meth:`~.faces.Layout.norm`. The objective and the velocities are
         scaled by this number, which brings velocities near 1.
@@ -140,7 +140,7 @@ class Problem(ProblemParts):
 
     @property
     def live_displacement(self) -> float:
-        """Return the displacement of the live load in a mechanism scaled to f_L·d = Σ|f_L|.
+        """Return the displacement of the live load for velocities scaled to f_L·d = Σ|f_L|.
 
         The displacement is the work Σ|f_L| divided by the sum of the magnitudes of the live forces. These
         magnitudes do not depend on the axes.
@@ -148,7 +148,7 @@ class Problem(ProblemParts):
         return self.live_norm / (self.force_sizes(self.live).sum() or self.live_norm)
 
     def forces(self, load: np.ndarray) -> np.ndarray:
-        """Return the forces, or translations, of a load or motion, shape (b, 2) for (3b,).
+        """Return the block forces (or translations), shape (b, 2), from a load (or motion), shape (3b,).
 
         In space the shape is (b, 3) for (6b,).
         """
@@ -159,24 +159,25 @@ class Problem(ProblemParts):
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Return the moments, or rotations, of a load or motion, shape (b, 1), in space (b, 3).
+        """Return the block moments (or rotations), shape (b, 1), from a load (or motion), shape (3b,).
 
-        Moments are about centroids, in force times length unit. Rotations are multiplied by the length unit.
+        In space the shape is (b, 3). Moments are about centroids, in force times length unit. Rotations are
+        multiplied by the length unit.
         """
         return self.by_block(load)[:, self.layout.dimension :]
 
     @cached_property
     def by_friction(self) -> Sides:
-        """Return the friction law, bound to the layout and the joint properties."""
+        """Return the friction law with the index conventions and joint properties of this problem."""
         return self.forms.friction(self.layout, self.law)
 
     @cached_property
     def by_strength(self) -> Chords:
-        """Return the strength law, bound to the layout and the joint properties."""
+        """Return the strength law with the index conventions and joint properties of this problem."""
         return self.forms.strength(self.layout, self.law)
 
     def by(self, forms: Forms) -> "Problem":
-        """Return this problem with other forms of its laws, or itself if the forms are equal."""
+        """Return this problem with the given forms of its laws, or itself if they are unchanged."""
         return self if forms == self.forms else replace(self, law=replace(self.law, forms=forms))
 
     @cached_property
@@ -190,7 +191,7 @@ class Problem(ProblemParts):
         return self.by(self.forms._replace(strength=Parabola)) if len(self.crushing) else self
 
     def _by_sense(self, values: np.ndarray) -> np.ndarray:
-        """Return a view of the sliding entries, shape (senses, k), of values of all faces, shape (faces,)."""
+        """Return a view of the sliding entries of values of all yield conditions, shape (senses, k)."""
         return values[self.table.slides].reshape(len(self.layout.senses), -1)
 
     def _of_sliders(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -198,26 +199,26 @@ class Problem(ProblemParts):
         return self.at_points(q)[:, self.sliding].sum(axis=0), self.shears(q)[:, self.sliding]
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
-        """Return the speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
+        """Return the slip speed of each joint, shape (c,), under block velocities d, shape (3b,)."""
         return np.hypot.reduce(np.abs(self.shears(self.motion(d))), axis=0)
 
     def motion(self, d: np.ndarray) -> np.ndarray:
-        """Return the motion that the flow rule must explain, Bᵀd, shape (3c,)."""
+        """Return the relative motion Bᵀd of the joints, which the flow rule must explain, shape (3c,)."""
         moved: np.ndarray = self.B.T @ d
         return moved
 
     @property
     def columns_of_sliding(self) -> np.ndarray:
-        """Return the indices in q of n, s and t of the contact points that can slide, shape (3, k)."""
+        """Return the indices in q of the force components of contact points that can slide, shape (3, k)."""
         return np.asarray(self.by_kind(np.arange(self.B.shape[1]))[:, self.sliding])
 
     @cached_property
     def true_yield(self) -> sp.csr_array:
-        """Return the yield matrix C(μ) of the true friction law, shape (faces, 3c)."""
+        """Return the yield matrix C(μ) for the joints' own friction coefficients, shape (faces, 3c)."""
         return self.C(self.friction)
 
     def D(self, slope: np.ndarray) -> sp.csr_array:
-        """Return the flow matrix D for an opening per unit slip, shape (k,): shape (3c, faces).
+        """Return the flow matrix D, shape (3c, faces), for a given opening per unit slip, shape (k,).
 
         C = D is normality: if the slope is the friction, the flow is normal to the yield surface. Dᵀ equals
         C, not −C: with the sign of B used here, the resultant forces do the work −c·p on the joint
@@ -227,9 +228,9 @@ class Problem(ProblemParts):
 
     @cached_property
     def face_constant(self) -> np.ndarray:
-        """Return the part of each yield condition that is constant beside cohesion, shape (faces,).
+        """Return the constant part of each yield condition except cohesion, shape (faces,).
 
-        It is nonzero only for chords of crushing and for limits of forces.
+        The constant is nonzero only for chords of crushing and for limits of forces.
         """
         constant = np.zeros(self.faces)
         constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)
@@ -244,10 +245,10 @@ class Problem(ProblemParts):
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """Return the divisor that makes slacks comparable, shape (faces,).
+        """Return the divisor that makes the slacks of all yield conditions comparable, shape (faces,).
 
-        It is max(1, μ) for sliding faces and 1 for all others. With a large friction coefficient the slack of
-        sliding is about μ times the normal force.
+        The divisor is max(1, μ) for sliding and 1 for all other conditions. With a large friction
+        coefficient, the slack of sliding is about μ times the normal force.
         """
         return np.maximum(self.limit_factors @ self.friction, 1.0)
 
@@ -265,9 +266,10 @@ class Problem(ProblemParts):
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray) -> float:
-        """Return Σ|z p|, the energy of faces that move without being at yield.
+        """Return Σ|z p|, the complementarity error of forces q and rates p.
 
-        The rates p have shape (faces,). The sum is zero if complementarity, eq. (8), holds.
+        The rates p have shape (faces,). The sum is the energy of conditions that move without being at yield.
+        The sum is zero if complementarity, eq. (8), holds.
         """
         table = self.table
         z = self.true_yield @ q + self.face_cohesion
@@ -282,15 +284,16 @@ class Problem(ProblemParts):
         return sliding + crushing + float(others.sum())
 
     def energy_costs(self, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-        """Return the costs of λ and of the forces, shape (3c + t,), in λ Σ|f_L| + weight z·p.
+        """Return the cost coefficients of λ and of the forces q in λ Σ|f_L| + weight z·p.
 
-        The rates p have shape (faces,). The constant weight c·p is left out. The objective is bounded below
-        if the live load drives the mechanism and the weight is above one.
+        The rates p have shape (faces,), the coefficients of q have shape (3c + t,). The constant weight c·p
+        is left out. The objective is bounded below if the live load drives the mechanism and the weight is
+        above one.
         """
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return rates p ≥ 0 with which joints follow a motion under a flow rule, shape (faces,).
+        """Return the rates p ≥ 0 by which joints follow a block motion under a flow rule, shape (faces,).
 
         Slip determines the sliding rates: in the plane one sense, in space the two senses next to its
         direction. The opening of each contact beyond what sliding explains determines the rocking rates. If
@@ -310,7 +313,8 @@ class Problem(ProblemParts):
         crush = np.zeros(0)
         joints = self.crushing
         if len(joints):
-            # Crushing rates explain every motion of these joints, so that no rocking remains.
+            # Joints that can crush follow any motion by crushing rates alone, so their rocking rates are
+            # zero.
             first, second = opening[:, joints]
             crush = chord_rates((first + second) / 2, (second - first) / 2).ravel()
             opening[:, joints] = 0.0
@@ -328,15 +332,16 @@ class Problem(ProblemParts):
         flow = self.true_yield if slope is self.friction else self.C(slope)
         residual = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
-            # The matrix opens joints by the slip summed over the sides; the cone opens them by its speed.
+            # The flow matrix opens joints in proportion to the summed rates of the polygon's sides. With the
+            # cone, they open in proportion to their slip rate.
             slip_of_sides = self.limit_factors.T @ p
             residual[self.sliding] += slope * (slip_of_sides - self.slip(p))
         return residual
 
     def slip(self, p: np.ndarray) -> np.ndarray:
-        """Return the slip of each joint that can slide, shape (k,), in rates p, shape (faces,).
+        """Return the slip rate of each joint that can slide, shape (k,), for rates p, shape (faces,).
 
-        The slip times the shear limit is the dissipated power.
+        The slip rate times the shear limit is the dissipated power.
         """
         return self.by_friction.speed(self._by_sense(p))
 
@@ -345,7 +350,7 @@ class Problem(ProblemParts):
         return np.asarray(self.at_points(q).sum(axis=0))
 
     def at_points(self, q: np.ndarray) -> np.ndarray:
-        """Return the normal forces at the points of joints, shape (2, c), in forces q, shape (3c,).
+        """Return the normal forces at the contact points of joints, shape (2, c), in forces q, shape (3c,).
 
         In space each joint is one contact point, and the shape is (1, c).
         """
@@ -365,14 +370,14 @@ class ShearLimits:
 
     @classmethod
     def true(cls, problem: Problem) -> "ShearLimits":
-        """Return the limits by the joints' own friction and cohesion.
+        """Return the shear limits by the joints' own friction and cohesion.
 
         A flow normal to these limits is associative (C = D).
         """
         return cls(problem.friction, problem.cohesion)
 
     def at(self, n: np.ndarray) -> np.ndarray:
-        """Return the largest |s| under normal forces n of the joints that can slide, shape (k,) each."""
+        """Return the largest |s| under normal forces n, for the joints that can slide, shape (k,) each."""
         return self.cohesion + self.slope * n
 
 
@@ -381,8 +386,8 @@ class Scaled:
     """A problem in other units of force and of λ; velocities are equal in both units."""
 
     problem: Problem  #: the problem in the other units
-    force: float  #: factor that converts its forces to the units of the original problem
-    load_factor: float  #: factor that converts its λ to that of the original problem
+    force: float  #: factor that converts forces of the scaled problem to units of the original problem
+    load_factor: float  #: factor that converts λ of the scaled problem to λ of the original problem
 
     def limits(self, limits: ShearLimits) -> ShearLimits:
         """Convert shear limits of the original problem to the units of the scaled problem."""
@@ -394,7 +399,7 @@ class Scaled:
 
 
 def in_units_of_live_load(problem: Problem) -> Scaled:
-    """Return the problem with the live load scaled to the size of the dead load.
+    """Return the problem with the live load scaled to about the size of the dead load.
 
     The factor is the power of two that brings the largest entries of both loads nearest to each other. Powers
     of two change no digit of any number. Solvers then see λ as for a live load about as large as the weights.
@@ -405,7 +410,7 @@ def in_units_of_live_load(problem: Problem) -> Scaled:
 
 
 def in_units_of_load(problem: Problem) -> Scaled:
-    """Return the problem with a live load of norm one, and forces divided by the weight that carries it.
+    """Scale the live load to norm one, and divide forces by the dead load of the loaded blocks.
 
     The force unit is the dead load of the blocks on which the live load acts. If these blocks have no weight,
     it is the dead load of all blocks, and without any dead load the norm of the live load.

@@ -14,12 +14,12 @@ from scipy.sparse.csgraph import connected_components, structural_rank
 #: value calls fewer scenes statically determinate. A stack of 600 blocks has 4e-6, a redundant joint 1e-16.
 _LEAST_SINGULAR_VALUE = 1e-9
 
-#: Columns of a connected component up to which its singular values are computed (about a second at most).
-#: Larger components count as dependent, so that no uniqueness is claimed for them.
+#: Largest number of columns of a connected component whose singular values are computed, which takes up to a
+#: second. Larger components count as dependent, so that no uniqueness is claimed for them.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Rounds of Ruiz scaling, which brings rows and columns near unit length. More rounds change little; fewer
-#: rounds leave rows of very different lengths.
+#: Number of rounds of Ruiz scaling, which brings rows and columns near unit length. More rounds change
+#: little; fewer rounds leave rows of very different lengths.
 _SCALING_ROUNDS = 5
 
 
@@ -38,7 +38,7 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
 
 
 def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
-    """Return the least-squares solutions of a matrix with independent columns.
+    """Return the least-squares solutions of linear systems whose matrix has independent columns.
 
     ``right`` has one right side in each column, and the result has one solution in each column.
     """

@@ -12,30 +12,31 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-#: Relative difference of lengths that counts as rounding. An arch whose rise exceeds half the span by less is
-#: a semicircle.
+#: Largest relative difference of lengths that counts as rounding. An arch is a semicircle if its rise exceeds
+#: half the span by less than this.
 _LENGTH_TOLERANCE = 1e-9
 
 
 class Stone(NamedTuple):
-    """A stone of a ring, relative to the ring's origin."""
+    """Voussoir, skewback or abutment of an arch, relative to the origin of the arch."""
 
     name: str
-    corners: list[Point]  #: of a voussoir: inner and outer at its first joint, outer and inner at its second
+    #: Corners; of a voussoir: inner and outer of its first joint, outer and inner of its second joint.
+    corners: list[Point]
     area: float | None  #: area from which the weight is computed; None for a support
     weight_at: Point | None = None  #: point where a voussoir's weight acts
     back: Point | None = None  #: middle of a voussoir's outer edge
     area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
-        """Return the stone with its points mapped by a function."""
+        """Return the stone with its points transformed by a function."""
         weight_at = self.weight_at and point(self.weight_at)
         back = self.back and point(self.back)
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
 
 
 class _Arc(NamedTuple):
-    """The circle of an arch, in a pointed arch that of its left half.
+    """Circle of an arch; in a pointed arch, the circle of its left half.
 
     Directions are in radians, from the centre.
     """
@@ -44,12 +45,12 @@ class _Arc(NamedTuple):
     inner: float  #: radius of the intrados
     radius: float  #: radius of the centreline
     first: float  #: direction of the first joint
-    last: float  #: direction of the last joint; in a pointed arch that of the right half
-    swept: float  #: angle from the first to the last joint; in a pointed arch the sum of both halves
+    last: float  #: direction of the last joint; in a pointed arch, of the last joint of the right half
+    swept: float  #: angle from the first joint to the last; in a pointed arch, the sum over both halves
 
 
 class ArchRing(AnyGenerator):
-    """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
+    """Arch of equal voussoirs with radial joints between fixed abutments, in the plane or in space.
 
     The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. With span and rise it is a
     segment of a circle (``rise`` less than half the span), a semicircle (equal) or pointed (more). A pointed
@@ -101,24 +102,24 @@ class ArchRing(AnyGenerator):
         if not 0 < swept < 360:
             yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
         elif not swept < 180 * self.voussoirs:
-            yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
+            yield f"a voussoir of {swept / self.voussoirs:g}° is too wide for a wedge: raise 'voussoirs'"
         if self._is_pointed and self.voussoirs % 2:
             odd = f"(found {self.voussoirs})"
-            yield f"'rise' is over half of 'span': a pointed arch has an even number of 'voussoirs' {odd}"
+            yield f"'rise' exceeds half of 'span': a pointed arch needs an even number of 'voussoirs' {odd}"
         radius = self._arc.radius
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         yield from self._wrong_skewbacks()
 
     def _wrong_skewbacks(self) -> Iterator[str]:
-        """Yield the mistake in the skewbacks, if there are any."""
+        """Yield an error message if the skewbacks are wrong."""
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
             foot = self.thickness * -turn * math.cos(angle)
             up = math.sin(angle)
             if up <= _LENGTH_TOLERANCE or foot < -_LENGTH_TOLERANCE * self.thickness:
-                yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
+                yield "'skewbacks' need feet that slope upwards to the outside; omit them for level feet"
                 return
             if self.skewbacks < foot * (1 - _LENGTH_TOLERANCE):
                 yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
@@ -149,9 +150,9 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the directions of the first and of the last joint, each with a sign.
+        """Return the direction of the first and of the last joint, and the sense that leads outwards.
 
-        The sign is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
+        The sense is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
@@ -166,13 +167,14 @@ class ArchRing(AnyGenerator):
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
-                # A skewback lies between the sloping foot, a level bed and an upright back.
+                # A skewback lies between the sloping foot of the arch, a level bed and an upright back.
                 back = inner[0] - turn * self.skewbacks
                 area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
                 corners = [inner, outer, (back, outer[1]), (back, inner[1])]
                 yield Stone(f"skewback {number}", corners, area)
         for number, (inner, outer, angle, turn) in enumerate(feet if self.abutments else (), start=1):
-            if self.skewbacks is None:  # a square on the far side of the springing
+            # Without skewbacks, an abutment is a square on the outer side of the springing.
+            if self.skewbacks is None:
                 x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
                 corners = [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
             else:  # a rectangle under the skewback
@@ -181,7 +183,7 @@ class ArchRing(AnyGenerator):
             yield Stone(f"abutment {number}", corners, None)
 
     def _voussoirs(self) -> list[Stone]:
-        """Return the voussoirs without their names."""
+        """Return the voussoirs of the arch, without names."""
         arc, count = self._arc, self.voussoirs
         if self._is_pointed:
             joints = [math.pi - arc.swept / count * k for k in range(count // 2)]
@@ -200,8 +202,8 @@ class ArchRing(AnyGenerator):
         """Return a voussoir between radial joints in two directions, in radians, relative to the centre."""
         radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
-        # The centroid of an annular sector is at the distance `mean * arc` from its centre. The mean is
-        # 2/3 (outer³ - inner³) / (outer² - inner²), in a form that loses no digits for thin rings.
+        # The centroid of an annular sector is at the distance `mean * arc` from its centre. The mean radius
+        # is 2/3 (outer³ - inner³) / (outer² - inner²). The form used here loses no digits for thin rings.
         mean = radius + thickness**2 / (12 * radius)
         arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {
@@ -215,12 +217,12 @@ class ArchRing(AnyGenerator):
         return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
-        """Return the last voussoir of a pointed arch's left arc, up to the upright joint.
+        """Return the last voussoir of a pointed arch's left half, which ends at the vertical middle joint.
 
         Its points are relative to the centre of the arc.
         """
         inner = self._arc.inner
-        plumb = -self._arc.centre[0]  # distance of the upright joint from the centre
+        plumb = -self._arc.centre[0]  # horizontal distance of the middle joint from the centre
         thickness = self.thickness
         weights = self.weights
         radius = inner + thickness / 2
@@ -239,26 +241,26 @@ class ArchRing(AnyGenerator):
             return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
         moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
         if weights == "sector":
-            # Circular segments between arcs and straight edges add to the polygon outside and reduce it
-            # inside.
+            # The circular segments between arc and chord enlarge the polygon at the outer edge and reduce it
+            # at the inner edge.
             for distance, sign in ((outer, 1.0), (inner, -1.0)):
                 angle = begin - crown[distance]
-                # Area of a circular segment, and its moment about the centre, 2/3 r³ sin³(angle/2).
+                # Area of a circular segment. Its moment about the centre is 2/3 r³ sin³(angle/2).
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
                 size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 moment += polar(size, begin - angle / 2)
-        # A stone without area is refused later, when the scene is assembled.
+        # A stone without area raises an error later, when the scene is assembled.
         centroid = tuple((moment / area).tolist()) if area else back
         return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
 
 
 def _ratio(area: float, drawn_area: float) -> float:
-    """Return the quotient of two areas, 1 if nothing is drawn."""
+    """Return the quotient of two areas; 1 if the second area is zero."""
     return area / drawn_area if drawn_area else 1.0
 
 
 class PointLoad(Record):
-    """A live force on one voussoir, at the middle of its back (the outer edge).
+    """Live force on one voussoir, at the middle of its outer edge (the back).
 
     Parameters
     ----------
@@ -290,12 +292,12 @@ class Arch(ArchRing, Generator):
         yield from super()._mistakes()
         for number, loads in Counter(load.voussoir for load in self.point_loads).items():
             if number > self.voussoirs:
-                yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
+                yield f"'point_loads' names voussoir {number}: voussoirs are numbered 1 to {self.voussoirs}"
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, ``abutment 1`` and ``2``.
+        """Return the voussoirs ``v1``, ``v2``, ..., then the skewbacks and abutments, named by number.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``. The
         ``unit_weight`` of a block refers to the polygon that is drawn. Where ``weights`` counts the area

@@ -14,11 +14,12 @@ from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
 else:
-    _ModelType = type(BaseModel)  # ModelMetaclass itself, whose name is not public
+    _ModelType = type(BaseModel)  # pydantic's class ModelMetaclass, whose name is not public
 
 _R = TypeVar("_R", bound="Record")
 
-#: Largest number in a scene. Squares and products of larger lengths and forces would exceed double precision.
+#: Largest magnitude of a number in a scene. Squares and products of larger lengths and forces would exceed
+#: double precision.
 LARGEST_NUMBER = 1e30
 
 
@@ -33,18 +34,20 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Pairs of keys that exclude each other in a record: setting the first removes the second.
+#: Pairs of keys that exclude each other in a record: setting the first key removes the second key.
 INSTEAD = {
     "weight": "unit_weight",
     "unit_weight": "weight",
     "friction_angle": "friction",
     "dilatancy_angle": "dilatancy",
 }
-SHAPES = "'box', or 'vertices' with 'faces'"  #: Text for the keys that define the shape of a convex solid.
-#: Regular expression class of control characters, line ends, and marks that change the direction of writing.
+#: Text of messages for the keys that define the shape of a convex solid.
+SHAPES = "'box', or 'vertices' with 'faces'"
+#: Characters that names and texts must not contain, as a regular expression class: control characters, line
+#: ends, and marks that change the direction of writing.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
-#: Text about a scene, of one or several lines.
+#: Type of a text about a scene, which may have several lines.
 Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
@@ -60,7 +63,7 @@ Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in o
 
 
 class _Shown:
-    """Signature of a record class: its keys with types and defaults, without validators.
+    """Call signature of a record class: its keys with types and defaults, without validators.
 
     It is made when help asks for it.
     """
@@ -82,7 +85,7 @@ class _RecordType(_ModelType):
     A record that pydantic makes inside another record raises no error of its own.
     """
 
-    # mypy does not know that every class of this type is a Record.
+    # Ignore the type error: mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
         if unnamed:
             raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
@@ -92,22 +95,22 @@ class _RecordType(_ModelType):
             raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
-        """Return a record's own names. Help and completion do not show those of pydantic."""
+        """Return the names of a record without those of pydantic, for help and completion."""
         return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
 
 
 class Record(BaseModel, metaclass=_RecordType):
-    """Frozen record that refuses unknown keys, and accepts a key by its name or its alias.
+    """Immutable record that refuses unknown keys and accepts each key by its name or its alias.
 
     A call with wrong values raises CaseError, which names the class, the key and the remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
-    #: A record is not iterable, because pydantic would accept it as a list of its keys.
+    #: Records are not iterable: pydantic would accept an iterable record as a list of its keys.
     __iter__ = None  # type: ignore[assignment]
 
-    most_told: ClassVar[int] = 1  #: Number of mistakes that one error reports.
+    most_told: ClassVar[int] = 1  #: Largest number of mistakes in one error message.
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -124,11 +127,11 @@ class Record(BaseModel, metaclass=_RecordType):
         return self
 
     def _mistakes(self) -> Iterator[str]:
-        """Yield a sentence for each rule that the values break together."""
+        """Yield an error message for each violated rule that involves several keys."""
         yield from ()
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with other values, which are checked as in a call. This record does not change.
+        """Return a copy of the record with changed values, which are checked like new ones.
 
         A mapping changes only the keys of a record, or the records of a list, that it names. Any other value
         replaces the old one whole. A key that exactly one nested record has can be given without a mapping. A
@@ -139,15 +142,15 @@ class Record(BaseModel, metaclass=_RecordType):
         return type(self)(**self._with(changes))
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Return a copy, with ``update`` that of :meth:`replace`."""
+        """Return a copy of the record with the changes in ``update``, as :meth:`replace` does."""
         copied = super().model_copy(deep=deep)
         return copied.replace(**update) if update else copied
 
-    #: Pydantic's older name of this method, which would not check the values.
+    #: Pydantic also has the method under this older name, which would not check the values.
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the given values with changes, by aliases, as arguments of a call of the class."""
+        """Return the values of the record with changes, by alias, as arguments for a call of its class."""
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
@@ -159,7 +162,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the changes, with keys that one nested record alone has moved into that record."""
+        """Move each changed key that exists only in a nested record into that record."""
         fields = type(self).model_fields
         own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
@@ -209,14 +212,14 @@ class Record(BaseModel, metaclass=_RecordType):
         raise self._stays(name, "deleted")
 
     def _stays(self, name: str, how: str) -> CaseError:
-        """Return the error of an attempt to change a record."""
-        why = f"'{name}' cannot be {how}, a record stays as it was made"
-        instead = f"replace({name}=...) makes another, and replace of a scene one with that in it"
+        """Return the error for an attempt to change a record."""
+        why = f"'{name}' cannot be {how}: records are immutable"
+        instead = f"replace({name}=...) returns a changed copy, also for records within a scene"
         return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
 
 
 def _keys(value: Any) -> set[str]:
-    """Return the keys of a record, or the given keys of the records of a list."""
+    """Return the keys of a record, or the chosen keys of each record in a list."""
     if isinstance(value, Record):
         return set(type(value).model_fields)
     records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []
@@ -226,8 +229,7 @@ def _keys(value: Any) -> set[str]:
 class Body(Record):
     """Fields and rules that blocks in the plane and blocks in space share."""
 
-    #: Keys of the loads on a block. A fixed block must have none of them, and neither must a scene that is
-    #: tilted.
+    #: Keys of the loads on a block. Fixed blocks and blocks of a tilted scene must not have these keys.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
     dimension: ClassVar[Literal[2, 3]] = 2  #: Coordinates of a point.
 
@@ -245,7 +247,7 @@ class Body(Record):
         weights = (self.weight is not None) + (self.unit_weight is not None)
         if self.fixed and any(any(getattr(self, load)) for load in self.LOADS):
             *keys, last = [f"'{load}'" for load in self.LOADS]
-            yield f"a fixed block carries no load: take {', '.join(keys)} and {last} away"
+            yield f"a fixed block carries no load: remove {', '.join(keys)} and {last}"
         if weights == 2:
             yield "give 'weight' or 'unit_weight', not both"
         if not self.fixed and not weights:
@@ -257,7 +259,7 @@ class Body(Record):
                 yield f"'{force}_at' needs a force '{force}'"
 
     def weight_of(self, size: float) -> float:
-        """Return the weight of the block, 0 if it has none.
+        """Return the weight of the block, or 0 if it has no weight.
 
         ``size`` is the area or volume to which ``unit_weight`` refers.
         """
@@ -267,7 +269,7 @@ class Body(Record):
 
 
 class Block(Body):
-    """One rigid block, or a fixed support.
+    """Rigid block in the plane, or a fixed support.
 
     Lengths and forces are in any consistent units.
 
@@ -314,16 +316,16 @@ class Block(Body):
 
     @property
     def rings(self) -> list[list[Point]]:
-        """Return the outlines of the parts."""
+        """Return the outlines of the parts of the block."""
         return self.parts or [self.vertices or []]
 
     def corners(self) -> np.ndarray:
-        """Return the corners of the parts, shape (corners, 2)."""
+        """Return the corners of all parts of the block, shape (corners, 2)."""
         return np.array([point for ring in self.rings for point in ring], dtype=float)
 
 
 class Reference(Record):
-    """A known value, with its source and the relative tolerance for a computed one.
+    """Published load factor, with its source and the relative tolerance for a computed load factor.
 
     Reports show it as published, unless the source begins with "by hand" or "by an independent"
     (computation).

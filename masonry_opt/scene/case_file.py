@@ -25,12 +25,12 @@ from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
 
-#: One table of a generator, [arch], or a list of such tables, [[arch]].
+#: A single table of a generator, [arch], or a list of tables, [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
 class MeshTable(AsDrawn):
-    """A table of a case file that stands for the blocks of a mesh in another file.
+    """Table of a case file that reads blocks from a mesh in another file.
 
     Supports, axes and unit are those of :func:`read_mesh`. Weight and live load of each block are those of a
     :class:`Solid`.
@@ -44,7 +44,7 @@ class MeshTable(AsDrawn):
 class CaseFile(SceneKeys):
     """A case file: the keys of a scene, generators of blocks, and a mesh that contains blocks."""
 
-    # In a file a key has one name: [[block]], not also [[blocks]].
+    # A key has only one name in a file: [[block]] is valid, [[blocks]] is not.
     model_config = ConfigDict(populate_by_name=False)
 
     wall: OneOrMore[Wall] = []
@@ -63,21 +63,21 @@ class CaseFile(SceneKeys):
         solid = self._of(SolidGenerator)
         size = sum(generator.size for generator in [*flat, *solid])
         if size > MOST_BLOCKS:
-            yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
+            yield f"its generators build about {size} blocks; at most {MOST_BLOCKS} are allowed"
         plane = self._plane_content(flat)
         space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):
             yield f"{plane} in the plane; {space}"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return a clause on the first table with blocks in the plane, empty if there is none."""
+        """Return the clause of an error that names the first table with plane blocks, or ""."""
         if generators:
             return f"{_table(generators[0])} builds blocks"
         names = [block.name for block in self.blocks if block.dimension == 2]
         return f"block '{names[0]}' lies" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return a clause on the first table with solids, empty if there is none."""
+        """Return the clause of an error that names the first table with solids, or ""."""
         if generators:
             return f"{_table(generators[0])} is of solids"
         if self.mesh:
@@ -87,20 +87,20 @@ class CaseFile(SceneKeys):
 
     @property
     def dimension(self) -> Literal[2, 3]:
-        """Return the number of coordinates of a point.
+        """Return the number of coordinates of a point: 2 in the plane, 3 in space.
 
         It is 3 if the blocks are solids, also if they are those of a generator or a mesh.
         """
         return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
 
     def _of(self, kind: type[_G]) -> list[_G]:
-        """Return the generators of a class."""
+        """Return the generators of the given class in the case file."""
         values = (getattr(self, name) for name in type(self).model_fields)
         lists = (value for value in values if isinstance(value, list))
         return [record for records in lists for record in records if isinstance(record, kind)]
 
     def tables_with_old_live(self) -> list[str]:
-        """Return the generators that give ``live_per_weight`` by its old name ``live``.
+        """Return the generators that use ``live``, the old name of ``live_per_weight``.
 
         Elsewhere ``live`` is a force.
         """
@@ -108,7 +108,7 @@ class CaseFile(SceneKeys):
         return list(dict.fromkeys(map(_table, with_old_name)))
 
     def scene(self) -> Scene:
-        """Return the scene, with the blocks of generators and mesh after those that are written out.
+        """Return the scene: the listed blocks, then the blocks of generators and of the mesh.
 
         Raises ValidationError if these make no scene. Raises CaseError if a generator cannot build its blocks
         or the mesh cannot be read.
@@ -118,7 +118,7 @@ class CaseFile(SceneKeys):
             blocks += flat.blocks()
         for solid in self._of(SolidGenerator):
             blocks += solid.blocks()
-        # Only the given keys: a scene refuses some keys by name, whatever their value.
+        # Pass only keys that the file contains: a scene refuses some keys whatever their value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         if self.mesh:
             from masonry_opt.scene.drawings.mesh_files import read_mesh  # few case files need this import
@@ -131,7 +131,7 @@ class CaseFile(SceneKeys):
 
 
 def _table(generator: AnyGenerator) -> str:
-    """Return the name of a generator's table."""
+    """Return the name of a generator's table in case files."""
     return f"[{type(generator).__name__.lower()}]"
 
 
@@ -152,12 +152,12 @@ def load(path: str | Path) -> Scene:
         return file.scene().read_from(path, file)
     except ValidationError as error:
         raise wrong_values(error, CaseFile, case, str(path)) from None
-    except CaseError as error:  # the error of a generated block or of a mesh
+    except CaseError as error:  # the error comes from a generated block or from a mesh
         raise CaseError(f"{path}: {error}") from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
-    """Return a scene, read from its case file if a path is given, in one of its load cases if one is named.
+    """Return a scene, which may be given as a path of a case file, in the named load case.
 
     Raises CaseError if the argument is neither a scene nor a path, or the case file is wrong. Raises
     OptionError if the scene has no such load case.
@@ -177,10 +177,10 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
     True. Files of this package are recognised by a mark in them.
     """
     if not isinstance(scene, Scene | CaseFile):
-        raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
+        raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")
     path = as_path(path, "a case file", ".toml", ".json")
     if path.suffix.lower() == ".toml":
-        mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
+        mark = f"# {MARK}, which replaces this file without asking; delete this line to prevent that\n"
         text = mark + toml_text(scene)
     else:
         keys = {JSON_KEY: WRITER} | scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)
@@ -206,4 +206,6 @@ def case_folder(named: Path | None = None) -> Path:
     for folder in (Path("cases"), package / "cases", package.parent / "cases"):
         if (folder / "ferris_tinloi" / "wall_1.toml").is_file():
             return folder
-    raise CaseError("the package's case files are missing: install it anew, or name a folder with --cases")
+    raise CaseError(
+        "the package's case files are missing: reinstall the package, or name a folder with --cases"
+    )

@@ -19,12 +19,12 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 
 _J = TypeVar("_J", Joint, JointDefaults)
-#: Keys of a scene with lists of records that have forces and points.
+#: Keys of a scene that list records with forces and points.
 _FORCES = ("loads", "ties", "props")
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
-    """Return a scene in the plane as a scene in space, from y = 0 to its thickness: (x, y) becomes (x, t, y).
+    """Extrude a scene in the plane from y = 0 to its thickness; a point (x, y) becomes (x, t, y).
 
     Weights, loads and the cohesion of whole joints do not depend on the thickness; forces act in the middle
     of it. Friction, dilatancy, exceptions, gravity, tilt and tolerance are kept. Published values, which
@@ -44,7 +44,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness
     if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
-        raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
+        raise OptionError(f"'thickness' of solids must be a positive number (found {depth!r})")
     blocks, shapes = scene.in_plane(), geometry(scene)
     for mistake in of_plane_alone(scene):
         raise OptionError(f"{scene.origin}: {mistake}")
@@ -71,7 +71,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
 
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
-    """Return an earthquake with its direction in space."""
+    """Return an earthquake with its direction given in space."""
     if quake is None:
         return None
     sideways = scene.sideways(quake.towards)
@@ -81,19 +81,19 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
 
 
 def _in_space(vector: Any, at: float = 0.0) -> Any:
-    """Return a vector of the plane, or several, as vectors in space with a given y."""
+    """Convert vectors of the plane to vectors in space with a given y."""
     if isinstance(vector[0], tuple):
         return tuple(_in_space(part, at) for part in vector)
     return (vector[0], at, vector[1])
 
 
 def _joint(joint: _J, times: float) -> _J:
-    """Return a joint's properties, with the cohesion multiplied by a factor."""
+    """Return a joint's properties with its cohesion multiplied by a factor."""
     return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
 
 
 def _keys(record: Record, depth: float) -> dict[str, Any]:
-    """Return the given keys of a record, with forces at y = 0 and points at half the depth."""
+    """Convert keys of a record to space, with forces at y = 0 and points at half the depth."""
     keys = {key: getattr(record, key) for key in record.model_fields_set}
     for key, value in keys.items():
         if value is not None and key in (*Block.LOADS, "at", "weight_at", "live_at", "dead_at"):
@@ -102,7 +102,7 @@ def _keys(record: Record, depth: float) -> dict[str, Any]:
 
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:
-    """Return a block of the plane as a solid of a depth."""
+    """Return a block of the plane as a solid of a given depth."""
     keys = _keys(block, depth)
     if block.weight is not None or block.unit_weight is not None:
         keys["weight"] = block.weight_of(float(shapes.size[index]) * thickness)
@@ -113,11 +113,12 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
 
 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
-    """Return the corners of a block's convex pieces, counter-clockwise, in the scene's own coordinates."""
+    """Return the corners of a block's convex pieces, counter-clockwise, in the scene's coordinates."""
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Corners have their given coordinates, to the last digit. Corners where outlines cross were not given.
+    # Use the given coordinates of corners without rounding. Corners where outlines cross have no given
+    # coordinates.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
     return [
@@ -127,7 +128,7 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
 
 
 def _prism(ring: list[Point], depth: float) -> dict[str, Any]:
-    """Return a convex polygon, counter-clockwise, as a solid from y = 0 to a depth."""
+    """Return the prism over a counter-clockwise convex polygon, from y = 0 to a given depth."""
     x, y = ({point[axis] for point in ring} for axis in (0, 1))
     if len(ring) == 4 and len(x) == len(y) == 2:
         return {"box": (tuple(sorted(x)), (0.0, depth), tuple(sorted(y)))}

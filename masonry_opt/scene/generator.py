@@ -11,7 +11,7 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-#: Largest number of blocks, openings and gaps of a generator: more than can be solved, and quick to build.
+#: Largest number of blocks, openings and gaps of a generator. Larger scenes cannot be solved.
 MOST_BLOCKS = 100_000
 
 #: Number of courses, rings or drums.
@@ -22,11 +22,11 @@ Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Length of the shortest piece (closer), relative to a stone. A stone may be this much longer, to avoid a
-#: shorter piece beside it.
+#: Length of the shortest piece (closer), relative to a stone. A stone is lengthened by up to this length to
+#: avoid a shorter piece next to it.
 CLOSER = 0.25
 
-#: Length, relative to a stone, that counts as rounding.
+#: Largest length, relative to a stone, that counts as rounding.
 _LENGTH_TOLERANCE = 1e-9
 
 #: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.
@@ -34,7 +34,7 @@ Shape = dict[str, Any]
 
 
 class AnyGenerator(Record):
-    """A table of a case file that stands for many blocks, in the plane or in space.
+    """Table of a case file that generates many blocks, in the plane or in space.
 
     With a ``name`` the names of its blocks begin with it, "left 3-2" in place of "3-2". A scene can then have
     several generators.
@@ -51,25 +51,25 @@ class AnyGenerator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS:
-            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
+            yield f"has {self.size} blocks; at most {MOST_BLOCKS} are allowed"
 
     @property
     def size(self) -> int:
-        """Return the number of blocks that it builds, or an upper bound that exceeds it by a few.
+        """Return the number of generated blocks, or a slightly larger upper bound.
 
         It is known before the blocks are built.
         """
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
-        """Return a block of parts, whose points are relative to the generator's origin."""
+        """Return a block of several parts, given by points relative to the generator's origin."""
         moved = [self._moved(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         called = name if self.name is None else f"{self.name} {name}"
         return self.kind(name=called, **shape, **self._moved(keys))
 
     def _moved(self, keys: Shape) -> Shape:
-        """Return keys with their points moved from the generator's origin to the scene's."""
+        """Return the keys of a block with points moved from the generator's origin to the scene's origin."""
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
         moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
         if "box" in keys:
@@ -78,7 +78,7 @@ class AnyGenerator(Record):
 
 
 class Generator(AnyGenerator):
-    """A generator of blocks in the plane.
+    """Base class of generators of blocks in the plane.
 
     Its origin lies ``at`` ``[x, y]``; each generator says which of its points this is. ``live_per_weight`` is
     a live force on every block as a multiple of its weight, ``[fx, fy]``, acting where the weight acts. Its
@@ -94,10 +94,10 @@ class Generator(AnyGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if any(self.live) and any(self.live_per_weight):
-            yield "'live' is the old name of 'live_per_weight': give one of them"
+            yield "'live' is the old name of 'live_per_weight': give only the new name"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the blocks, with weights and live loads.
+        """Return the generated blocks, with weights and live loads.
 
         A generator with a ``unit_weight`` gives each block a ``unit_weight``, which a scene multiplies by its
         own thickness. If ``thickness`` is given, each block has instead its ``weight`` at this thickness,
@@ -106,13 +106,13 @@ class Generator(AnyGenerator):
         raise NotImplementedError
 
     def _stone(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
-        """Return a movable block, whose points are relative to the generator's origin."""
+        """Return a movable block, given by points relative to the generator's origin."""
         push = self.live_per_weight if any(self.live_per_weight) else self.live
         return self._block(name, {"vertices": corners}, live_per_weight=push, **keys)
 
 
 class WeighedGenerator(Generator):
-    """A generator whose blocks have weights in proportion to their size.
+    """Generator whose blocks have weights in proportion to their size.
 
     ``weight`` is the weight of a whole block, ``unit_weight`` that per unit area.
     """
@@ -128,7 +128,7 @@ class WeighedGenerator(Generator):
     def _weighed_stone(
         self, name: str, corners: Iterable[Point], weight: float | None, area: float, thickness: float | None
     ) -> Block:
-        """Return a movable block of the given weight, or without one of the generator's unit weight."""
+        """Return a movable block of the given weight; without it, the generator's unit weight applies."""
         if weight is not None:
             return self._stone(name, corners, weight=weight)
         if thickness is None:
@@ -137,7 +137,7 @@ class WeighedGenerator(Generator):
 
 
 class SolidGenerator(AnyGenerator):
-    """A generator of blocks in space, with ``unit_weight`` per unit volume.
+    """Base class of generators of blocks in space, with ``unit_weight`` per unit volume.
 
     ``at`` and ``live_per_weight`` are those of a :class:`Generator`, with three numbers each.
     """
@@ -149,7 +149,7 @@ class SolidGenerator(AnyGenerator):
     unit_weight: NonNegative
 
     def blocks(self) -> list[Solid]:
-        """Return the blocks, each with its weight and its live load as a multiple of the weight."""
+        """Return the generated blocks, each with its weight and a live load proportional to it."""
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:
@@ -162,19 +162,19 @@ class SolidGenerator(AnyGenerator):
 
 
 def polar(radius: float, angle: float, *z: float) -> Any:
-    """Return the point at a radius and an angle, in radians, from x towards y, with an optional z."""
+    """Return the point at a radius and an angle, in radians from x towards y, with an optional z."""
     return (radius * math.cos(angle), radius * math.sin(angle), *z)
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return one width as two equal ones; two widths are returned as they are."""
+    """Return a single width as a pair of equal widths, and a pair of widths unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 
 def cut(
     start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
-    """Return the stones of a run from one end to the other, as pairs of their ends.
+    """Divide a length into stones, and return the two ends of each stone.
 
     Joints of the bond, in rising order, are left out if they are nearer to an end of the run than a closer. A
     piece that is longer than a stone plus a closer is cut. It is cut first at spare places that are at least
@@ -182,7 +182,7 @@ def cut(
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
-        """Return the places that are at least ``least`` stones from both ends."""
+        """Return the positions that are at least ``least`` stone lengths from both ends."""
         least *= length * (1 - _LENGTH_TOLERANCE)
         return [place for place in places if low + least < place < high - least]
 
@@ -198,7 +198,7 @@ def cut(
 
 
 def every(length: float, start: float, end: float) -> list[float]:
-    """Return joints at distances of one stone, from ``start`` up to ``end``."""
+    """Return positions of joints at distances of one stone, from ``start`` up to ``end``."""
     return [
         start + number * length
         for number in range(math.floor((end - start) / length + _LENGTH_TOLERANCE) + 1)

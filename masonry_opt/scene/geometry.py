@@ -15,33 +15,34 @@ from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
-#: Default tolerance of lengths, relative to the diagonal round the movable blocks. Smaller details are
-#: ignored.
+#: Default tolerance of lengths, relative to the diagonal of the box around the movable blocks. Smaller
+#: details are ignored.
 RELATIVE_TOLERANCE = 1e-6
 
-#: Gap, relative to the width of the smaller block, below which neighbours are assumed to be meant to touch. A
-#: larger value warns of more gaps. Overlaps up to this depth are taken for rounding.
+#: Largest gap, relative to the width of the smaller block, at which neighbours are assumed to touch. A larger
+#: value warns of more gaps. Overlaps up to this depth count as rounding.
 NEAR_MISS = 1e-2
 
-#: Gap, relative to the contact tolerance, below which neighbours are assumed to be meant to touch.
+#: Largest gap, relative to the contact tolerance, at which neighbours are assumed to touch.
 _NEAR_TOLERANCES = 3
 
-#: Tolerance, relative to the error of a corner, from which on the alignment makes joints parallel. Each of
-#: two sides that meet may be off by the error. A smaller value leaves some wedges; a larger one aligns more
+#: Ratio of tolerance to corner error above which the alignment makes joints parallel. Each of two sides in
+#: contact may deviate by the corner error. A smaller value leaves some wedges; a larger value aligns more
 #: than is needed.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Distance from the outline, relative to the tolerance, up to which a corner is dropped as straight.
+#: Largest distance of a corner from the straight line, relative to the tolerance, at which the corner is
+#: dropped.
 STRAIGHT = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
-    """Return the advice of messages to set a tolerance, in two digits rounded up."""
+    """Return the advice to set a given tolerance, rounded up to two digits, for messages."""
     return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the origin and the tolerance of a scene's shapes.
+    """Return the origin of a scene's shapes and the tolerance of lengths.
 
     Both are those of the movable blocks, because supports may reach far beyond them. ``block`` is the index
     of the block of each corner.
@@ -54,9 +55,9 @@ def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.n
 
 
 class Common(NamedTuple):
-    """The region that two blocks have in common."""
+    """Region that two blocks have in common."""
 
-    depth: float  #: distance by which the blocks must be moved apart
+    depth: float  #: distance by which the blocks must be moved apart to remove the overlap
     middle: np.ndarray  #: centroid
     size: float  #: area, in space volume
 
@@ -69,23 +70,25 @@ class Extents(ABC):
     digits.
     """
 
-    origin: np.ndarray  #: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,)
+    #: Origin of the shapes: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,).
+    origin: np.ndarray
     tolerance: float  #: length below which details of the scene are ignored
-    contact_tolerance: float  #: gap or overlap up to which sides that face each other are in contact
+    contact_tolerance: float  #: largest gap or overlap of facing sides that count as in contact
     size: np.ndarray  #: area or volume of each block, to which ``unit_weight`` refers, shape (blocks,)
     centroid: np.ndarray  #: centroid of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
-    convex: np.ndarray  #: mask of the convex blocks, in space of blocks of one convex part, shape (blocks,)
-    mixed: np.ndarray  #: blocks whose faces were given in both directions; none in the plane
+    convex: np.ndarray  #: mask of convex blocks (in space: blocks of one convex part), shape (blocks,)
+    mixed: np.ndarray  #: indices of blocks with inconsistently oriented faces; none in the plane
 
     #: Text in errors: the place of an overlap.
     within: ClassVar[str] = "over an area"
-    #: Text in errors: a remedy for an overlap in addition to moving blocks, to be formatted with the depth.
+    #: Additional remedy for an overlap in error messages, to be formatted with the depth.
     remedy: ClassVar[str] = ""
-    #: Text in errors: how blocks meet that have no joint.
-    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
-    #: Share of the smaller block from which an overlap counts as the whole block.
+    #: Text of error messages for blocks that touch but have no joint.
+    meeting: ClassVar[str] = "only corner on corner, but a joint needs an edge"
+    #: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other
+    #: block.
     inside: ClassVar[float] = np.inf
-    #: Gap, relative to the width of a block, that may be mortar that was not drawn.
+    #: Largest gap, relative to the width of a block, that may be undrawn mortar.
     mortar: ClassVar[float] = 0.0
     #: Number of overlapping pairs after which the search for more of them ends.
     enough: ClassVar[float] = np.inf
@@ -93,7 +96,7 @@ class Extents(ABC):
     @property
     @abstractmethod
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and the block of each corner, in rising order.
+        """Return the corners of all blocks, and the index of the block of each corner, in rising order.
 
         The corners have shape (corners, 2) or (corners, 3).
         """
@@ -111,29 +114,29 @@ class Extents(ABC):
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the block that is nearest to a block, and its distance."""
+        """Return the index of the block nearest to a given block, and their distance."""
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the numbers of pairs that overlap by more than the contact tolerance, in rising order.
+        """Yield the indices of pairs of blocks that overlap by more than the contact tolerance.
 
-        Each number comes with the common region of the two blocks.
+        Each index, in rising order, comes with the common region of the two blocks.
         """
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and the largest coordinates of each block, shape (blocks, dim) each."""
+        """Return the smallest and the largest coordinates of each block, shape (blocks, dim) each."""
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
     @property
     def width(self) -> np.ndarray:
-        """Return the side of a square or cube with the size of each block, shape (blocks,)."""
+        """Return the side of the square or cube whose size equals that of each block, shape (blocks,)."""
         return self.size ** (1 / len(self.origin))
 
     @property
     def reach(self) -> np.ndarray:
-        """Return the gap up to which neighbours of each block are meant to touch it, shape (blocks,)."""
+        """Return the largest gap at which neighbours of a block are assumed to touch, shape (blocks,)."""
         return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)
 
 
@@ -146,7 +149,7 @@ class Geometry(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all polygons, and the block of each corner, in rising order."""
+        """Return the corners of all polygons, and the index of the block of each corner, in rising order."""
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -159,17 +162,17 @@ class Geometry(Extents):
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the block that is nearest to a block, and its distance."""
+        """Return the index of the block nearest to a given block, and their distance."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the numbers of pairs that overlap, and their common regions."""
+        """Yield the indices of pairs of blocks that overlap, and the common region of each pair."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
-        # The depth of a convex piece lies between its area divided by half its perimeter, and π times this
-        # value.
+        # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`
+        # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
             depth = max(map(_least_width, shapely.get_parts(common[number])))
@@ -179,7 +182,7 @@ class Geometry(Extents):
 
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the ends of all edges, shape (edges, 2) each, and their blocks, in rising order.
+        """Return the two ends of all edges, shape (edges, 2) each, and the blocks, in rising order.
 
         The block lies to the left of an edge.
         """
@@ -204,19 +207,19 @@ def geometry(scene: Scene) -> Geometry:
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
-    # The polygons of blocks with several parts or with holes are built separately.
+    # Blocks with several parts or with holes need a separate construction.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
     hulls = shapely.convex_hull(outlines)
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    flat &= ~shapely.is_empty(outlines)  # an empty outline is all hole, which is reported below
+    flat &= ~shapely.is_empty(outlines)  # an empty outline consists of holes only and is reported below
     raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
-    # A normalised outline begins at its lowest leftmost corner. This is a true corner, which the
-    # simplification may keep.
+    # A normalised outline begins at its lowest leftmost corner. This corner is never straight, so the
+    # simplification may keep it.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
-    raise_for(crossed, scene, "crosses itself: give its corners in order round the block")
+    raise_for(crossed, scene, "crosses itself: list its corners in order around the block")
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
     hulls = shapely.convex_hull(polygons)
@@ -229,7 +232,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """Return a block of several parts, or with holes, as one polygon or multipolygon."""
+    """Return the polygon or multipolygon of a block with several parts or with holes."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
@@ -243,13 +246,17 @@ def _built_up(
     for points in block.holes:
         hole = ring(points, "a hole")
         if not whole.buffer(tolerance).covers(hole):
-            raise_for([index], scene, "has a hole that is not inside: move it, or give the outline as it is")
+            raise_for(
+                [index],
+                scene,
+                "has a hole that is not inside: move the hole, or draw a notch in the outline",
+            )
         whole = whole.difference(hole)
     return whole
 
 
 def _least_width(piece: shapely.Geometry) -> float:
-    """Return the least distance of two parallel lines that enclose a piece."""
+    """Return the smallest distance of two parallel lines that enclose a polygon."""
     corners = shapely.get_coordinates(shapely.convex_hull(piece))
     sides = np.diff(corners, axis=0)
     if len(sides) < 3:
@@ -259,7 +266,7 @@ def _least_width(piece: shapely.Geometry) -> float:
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:
-    """Raise CaseError if there are any blocks. The message names at most four of them."""
+    """Raise CaseError about the given blocks, if there are any. The message names at most four."""
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
@@ -276,19 +283,19 @@ class Profile:
     """
 
     x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN if there is no edge
+    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN without an edge
     line: np.ndarray  #: heights of the line at the ends, shape (pieces, 2)
-    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is none
-    block: np.ndarray  #: index of its block in the scene, shape (pieces,); -1 if there is none
+    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 without an edge
+    block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge
 
     @property
     def depth(self) -> np.ndarray:
-        """Return the depths of the edges below the line, at least 0, shape (pieces, 2)."""
+        """Return the depths of the edges below the line, not less than 0, shape (pieces, 2)."""
         return np.maximum(self.line - self.y, 0.0)
 
 
 def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
-    """Return the uppermost edges of all blocks below a line.
+    """Return the uppermost block edges below a line.
 
     Parameters
     ----------
@@ -311,17 +318,20 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     inner = shapely.buffer(shapes.polygons[touched], -2 * shapes.tolerance)
     for index in touched[shapely.intersects(line, inner)]:
         name = scene.blocks[index].name
-        raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")
+        raise CaseError(
+            f"{scene.origin}: {where} runs through block '{name}': move it onto or above the blocks"
+        )
     tail, tip, owner = shapes.edges
-    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # edges with the block to their left run leftwards on top
+    # Upper edges run leftwards, because a block lies to the left of its edges.
+    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
-    # Pieces shorter than the tolerance are joined to their neighbours.
+    # Drop cuts that are closer than the tolerance, so that short pieces join their neighbours.
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
     middle = (at[1:] + at[:-1]) / 2
     edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
-    # A piece begins where the edge or the slope of the line changes.
+    # A new piece begins where the edge or the slope of the line changes.
     slope = np.searchsorted(points[1:-1, 0], middle)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
     edge, starts = edge[begins], at[:-1][begins]
@@ -335,7 +345,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the highest edge at each abscissa up to a height, shape (x,); -1 if there is none."""
+    """Return the index of the highest edge below a height at each abscissa, shape (x,); -1 without edge."""
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
     plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
@@ -343,5 +353,5 @@ def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarra
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
     rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
     highest = np.full(len(x), -1)
-    highest[number[rising]] = edge[rising]  # edges are written in rising order, so that the highest remains
+    highest[number[rising]] = edge[rising]  # the last assignment to an abscissa remains: the highest edge
     return highest

@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-#: Largest finite friction coefficient. With a larger one the friction conditions are dominated by rounding
-#: errors.
+#: Largest finite friction coefficient. With a larger coefficient, rounding errors would dominate the friction
+#: conditions.
 LARGEST_FRICTION = 1e6
 
 
@@ -17,7 +17,7 @@ def _friction(value: float) -> float:
     if not value >= 0:
         raise ValueError("must be zero or more")
     if LARGEST_FRICTION < value < math.inf:
-        raise ValueError("is too large to be a friction: write inf for a joint that cannot slide")
+        raise ValueError("is too large for a friction coefficient: write inf for a joint that cannot slide")
     return value + 0.0
 
 
@@ -52,14 +52,14 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # a valid value, so that only a wrong angle is reported, by its own field
+            keys[tangent] = 0.0  # use a valid value, so that only the wrong angle is reported
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys
 
 
 class JointDefaults(_InDegrees):
-    """Properties of every joint, unless an exception names it.
+    """Properties of all joints that no exception names.
 
     Raises CaseError if a value is out of range.
 
@@ -89,11 +89,11 @@ class JointDefaults(_InDegrees):
         if self.dilatancy > self.friction:
             yield "'dilatancy' must not exceed 'friction': sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            yield "'dilatancy_stress' needs two rising stresses: [full up to, none from]"
+            yield "'dilatancy_stress' needs two rising stresses: [full dilatancy up to, none from]"
 
 
 class Joint(_InDegrees):
-    """An exception: the properties of the joint between two named blocks.
+    """Properties of the joint between two named blocks, which override the defaults.
 
     Raises CaseError if a value is out of range.
 
@@ -112,7 +112,7 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """Return the properties of this joint, with ``defaults`` for those that are not given.
+        """Return the properties of this joint, completed by ``defaults``.
 
         Raises CaseError if they are inconsistent.
         """

@@ -19,18 +19,18 @@ Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Sine of the angle to gravity below which a direction counts as parallel to gravity.
+#: Sine of the angle below which a direction counts as parallel to gravity.
 _PARALLEL_TOLERANCE = 1e-9
 
 #: Text for a point, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
-#: Text for the direction of an earthquake, by dimension.
+#: Text of error messages for the direction of an earthquake, by dimension.
 _DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 class SceneKeys(Record):
-    """The keys that a scene and a case file share."""
+    """Keys that a scene and a case file have in common."""
 
     title: Text = ""
     source: Text = ""
@@ -53,9 +53,9 @@ class SceneKeys(Record):
     reference: dict[Name, Reference] = {}
 
     def model_post_init(self, _: Any) -> None:
-        """Set the default of gravity, straight down."""
+        """Set gravity to straight down if the scene does not specify gravity."""
         if "gravity" not in self.model_fields_set:
-            # The record is frozen, so that an ordinary assignment would fail.
+            # The record is immutable: an ordinary assignment would raise an error.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
 
     @property
@@ -70,14 +70,14 @@ class SceneKeys(Record):
 
     @property
     def tilt_direction(self) -> np.ndarray | None:
-        """Return the unit vector, perpendicular to gravity, in which a tilted scene is pushed.
+        """Return the unit vector, perpendicular to gravity, along which tilting pushes the blocks.
 
         None if the scene is not tilted, or the given direction is that of gravity.
         """
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Return the unit vector perpendicular to gravity on a side, or towards a vector.
+        """Return the unit vector perpendicular to gravity that points to a side, or towards a vector.
 
         None if the vector is parallel to gravity.
         """
@@ -100,13 +100,13 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     Later checks rely on earlier ones, so that only the first sentence is certain.
     """
     if not any(scene.gravity):
-        yield "'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]"
+        yield "'gravity' needs a direction, such as [0, -1], or [0, 0, -1] for solids"
     if not scene.blocks:
         yield "the scene has no block: add [[block]] tables or a generator such as [wall]"
     names = [block.name for block in scene.blocks]
     for name in repeated(names):
         first, second, *_ = [number for number, other in enumerate(names, start=1) if other == name]
-        itself = "a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own"
+        itself = "a generator names its blocks '1-1', ..., 'base'; give each generator a 'name'"
         yield f"blocks no. {first} and no. {second} are both named '{name}': rename one ({itself})"
     fixed = {block.name: block.fixed for block in scene.blocks}
     if not any(fixed.values()):
@@ -121,7 +121,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     yield from _wrong_fills(scene)
     yield from _wrong_struts(scene, fixed)
     if scene.tilt and scene.tilt_direction is None:
-        yield "'tilt' needs a direction that is not that of gravity"
+        yield "'tilt' needs a direction that is not parallel to gravity"
     for why in _not_tilting(scene) if scene.tilt else ():
         allowed = "'tilt' is allowed only if weights and friction are the only loads and laws"
         yield f"{allowed}, but {why}: remove that, or 'tilt'"
@@ -129,14 +129,14 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes of a scene in space that has keys of the plane, or the other way round."""
+    """Yield an error message if plane keys and space keys are mixed in a scene."""
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
             flat, solid = sorted((first, block), key=lambda mixed_block: mixed_block.dimension)
             mixed = f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane"
             instead = "('extrude' makes solids of a scene in the plane)"
-            yield f"{mixed}: give all of a scene the one or the other {instead}"
+            yield f"{mixed}; a scene must not mix them {instead}"
     if len(scene.gravity) != scene.dimension:
         yield f"'gravity' needs {_POINT[scene.dimension]}, as block '{first.name}' does"
     yield from _wrong_load_dimension(scene)
@@ -152,7 +152,7 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield the loads whose forces, points or moments do not fit the dimension of the scene."""
+    """Yield an error message for each load whose vectors do not fit the dimension of the scene."""
     for number, load in enumerate(scene.loads, start=1):
         where = f"load no. {number} on block '{load.block}'"
         for key in ("live", "dead", "at"):
@@ -161,26 +161,26 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
                 yield f"{where}: '{key}' needs {_POINT[scene.dimension]}"
         for key in ("live_moment", "dead_moment"):
             if getattr(load, key) and scene.dimension == 2:
-                yield f"{where}: '{key}' is for solids: take it away"
+                yield f"{where}: '{key}' is for solids: remove it"
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield a sentence for each key of the scene, except its thickness, that scenes in space cannot have."""
+    """Yield a sentence for each key that is allowed only in the plane, except the thickness."""
     if scene.edge_loads:
         yield "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
     if scene.axles:
-        yield "'axles' move over scenes in the plane: take them away"
+        yield "'axles' move over scenes in the plane only: remove them"
     if scene.fills:
-        yield "a 'fill' is for scenes in the plane: give what it weighs and presses as 'load'"
+        yield "a 'fill' is for scenes in the plane: give its weight and pressure as 'load'"
     for joint in (scene.joints, *scene.exceptions):
         where = f"joint between {list(joint.between)}" if isinstance(joint, Joint) else "'joints'"
         for key in ("strength", "dilatancy_stress"):
             if getattr(joint, key) is not None:
-                yield f"{where}: '{key}' is for joints in the plane: take it away"
+                yield f"{where}: '{key}' is for joints in the plane: remove it"
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the exceptions of joints."""
+    """Yield an error message for each wrong exception of joint properties."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
@@ -199,46 +199,46 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
 
 
 def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the loads on blocks."""
+    """Yield an error message for each wrong load on a block."""
     weighed: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
             yield f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, fixed)}"
         if fixed[load.block]:
-            yield f"load no. {number}: block '{load.block}' is fixed: load one that can move"
+            yield f"load no. {number}: block '{load.block}' is fixed: load a movable block"
         if load.weight is not None:
             if load.block in weighed:
-                yield f"load no. {number}: gives block '{load.block}' a second 'weight'"
+                yield f"load no. {number}: block '{load.block}' already has a 'weight' from another load"
             weighed.add(load.block)
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes in the fills."""
+    """Yield an error message for each wrong fill."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity straight down, [0, -1]"
     roads = [fill.road for fill in scene.fills]
     ends = sorted((road[0][0], road[-1][0], number) for number, road in enumerate(roads, start=1))
     for (_, end, left), (start, _, right) in itertools.pairwise(ends):
         if start < end:
-            yield f"fill no. {left} and no. {right} lie above each other: end one where the other begins"
+            yield f"fill no. {left} and no. {right} overlap: end one fill where the other begins"
 
 
 def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the ends of ties and props."""
+    """Yield an error message for each wrong end of a tie or prop."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
             if name not in fixed and name != GROUND:
                 near = did_you_mean(name, fixed)
-                yield f"{where}: no block '{name}'{near} (\"{GROUND}\" is what does not move)"
+                yield f"{where}: no block '{name}'{near} (\"{GROUND}\" is the fixed ground)"
         if all(fixed.get(name, True) for name in strut.between):
-            yield f"{where}: neither of the two can move: it does nothing"
+            yield f"{where}: both ends are fixed, so it has no effect: remove it"
         if len(strut.at[0]) != scene.dimension:
             yield f"{where}: 'at' needs points of {_POINT[scene.dimension]}"
 
 
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
-    """Yield the loads and joint properties that a tilted scene cannot have.
+    """Yield the loads and joint properties that are not allowed in a tilted scene.
 
     If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights turned a
     quarter. So λ = tan θ if everything else is proportional to cos θ too. Other forces are not, nor is the
@@ -247,54 +247,56 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     for block in scene.blocks:
         for force in block.LOADS:
             if any(getattr(block, force)):
-                yield f"block '{block.name}' has a force '{force}', which does not tilt"
+                yield f"block '{block.name}' has a force '{force}', which does not tilt with the scene"
     for load in scene.loads:
         if load.is_force:
-            yield f"a 'load' on block '{load.block}' is a force, which does not tilt"
+            yield f"a 'load' on block '{load.block}' is a force, which does not tilt with the scene"
     yield from ["an 'edge_load' does not tilt"] * len(scene.edge_loads)
     yield from ["'axles' do not tilt"] * len(scene.axles)
     yield from ["a 'fill' does not tilt"] * len(scene.fills)
-    yield from ["a tie or prop does not grow with the weights"] * len([*scene.ties, *scene.props])
+    yield from ["the force of a tie or prop is not proportional to the weights"] * len(
+        [*scene.ties, *scene.props]
+    )
     properties: list[JointDefaults | Joint] = [scene.joints, *scene.exceptions]
     for joint in properties:
         for key in ("cohesion", "strength", "dilatancy_stress"):
             if getattr(joint, key) and (key != "dilatancy_stress" or joint.dilatancy):
-                yield f"'{key}' does not grow with the weights"
+                yield f"'{key}' gives a resistance that is not proportional to the weights"
 
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes in the load cases of a scene, and in its earthquake."""
+    """Yield an error message for each mistake in the load cases and the earthquake of a scene."""
     groups = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
     known = [*GROUPS, *sorted(name for name in groups if name is not None)]
     names: set[str] = set()
     for number, case in enumerate(scene.load_cases, start=1):
         where = f"load_case no. {number} ('{case.name}')"
         if case.name in names:
-            yield f"{where}: the name is given twice: rename one"
+            yield f"{where}: another load case has this name: rename one"
         names.add(case.name)
         yield from (f"{where}: {mistake}" for mistake in _wrong_groups(scene, case, known))
     yield from _wrong_earthquakes(scene)
     if scene.tilt and (scene.load_cases or scene.earthquake):
-        yield "'tilt' is a live load of its own: take it, or the load cases and the earthquake, away"
+        yield "'tilt' is itself the live load: remove 'tilt', or the load cases and the earthquake"
     if scene.earthquake and scene.load_cases:
-        yield "'earthquake' is of a scene without load cases: give it within a [[load_case]]"
+        yield "with load cases, 'earthquake' must be a key of a [[load_case]]: move it there"
     for live in _live_loads(scene) if scene.earthquake else ():
         instead = "give the earthquake in a [[load_case]], where other loads are live only if it says so"
-        yield f"'earthquake' is the live load, and {live} is live too: take that away, or {instead}"
+        yield f"'earthquake' is the live load, and {live} is live too: remove this live load, or {instead}"
 
 
 def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
-    """Yield the groups that a load case names and the scene does not have."""
+    """Yield an error message for each load group that a load case names but the scene lacks."""
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
             yield f"'{key}' names group '{unknown[0]}', which no load has; there are: {', '.join(known)}"
     if "axles" in case.live and scene.dimension == 3:
-        yield "'live' names 'axles', which move over scenes in the plane: take them away"
+        yield "'live' names 'axles', which move over scenes in the plane only: remove them"
 
 
 def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
-    """Yield the earthquakes of a scene, or of its load cases, whose direction is wrong."""
+    """Yield an error message for each earthquake whose direction is wrong, in scene and load cases."""
     earthquakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
@@ -305,16 +307,16 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """Return the mistake in the direction of an earthquake, None if there is none."""
+    """Return the error message for a wrong direction of an earthquake; None if the direction is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION[scene.dimension]}"
     if scene.sideways(quake.towards) is None:
-        return "'direction' needs one that is not that of gravity"
+        return "'direction' must not be parallel to gravity"
     return None
 
 
 def _live_loads(scene: SceneKeys) -> Iterator[str]:
-    """Yield the names of the loads that are live without an earthquake."""
+    """Yield the names of the live loads other than an earthquake."""
     for block in scene.blocks:
         if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"

@@ -11,7 +11,7 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Tag of the direction of an earthquake for each type of its value.
+#: Tags for the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.
 Push = Annotated[
@@ -22,16 +22,18 @@ Push = Annotated[
         lambda value: next((tag for kind, tag in _DIRECTION_TAGS if isinstance(value, kind)), "<one>")
     ),
 ]
-#: Groups that exist in every scene, see :class:`LoadCase`. No load may name them as its group.
+#: Load groups that exist in every scene, see :class:`LoadCase`. A load must not use these names as its group.
 GROUPS = ("weight", "fill", "dead", "live", "axles")
 
-#: Name of the fixed ground in ``between``, unless a movable block has this name.
+#: Name of the fixed ground in the key ``between``, unless a movable block has this name.
 GROUND = "ground"
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
 
 class Load(Record):
-    """Forces on one block, added to its own. Several loads on one block add up.
+    """Forces on one block, in addition to the forces in the block's own keys.
+
+    Several loads on one block add up.
 
     Raises CaseError if a load is empty, gives a point without a force, or has both kinds of force in one
     group.
@@ -64,9 +66,9 @@ class Load(Record):
         _refuse_group(self.group)
         if self.group is not None and self.gives("live") == self.gives("dead"):
             if self.gives("live"):
-                yield "gives live and dead forces in one 'group': make them two loads"
+                yield "has live and dead forces in one 'group': split it into two loads"
             if not self.mass:
-                yield ("'group' goes with 'live', 'dead' or 'mass'; weights are of group \"weight\"")
+                yield ("'group' needs 'live', 'dead' or 'mass'; weights belong to group \"weight\"")
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
                 yield "'at' needs a force: give 'live', 'dead' or 'mass'"
@@ -74,17 +76,17 @@ class Load(Record):
                 yield "has no force: give 'live', 'dead' or 'weight', or a 'mass'"
 
     def gives(self, kind: Kind) -> bool:
-        """Return True if it has a force or moment of the kind."""
+        """Return True if the load has a force or moment of the kind "dead" or "live"."""
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
     def is_force(self) -> bool:
-        """Return True if it has a force or a moment, not only a weight."""
+        """Return True if the load has a force or a moment, and not only a weight."""
         return self.gives("live") or self.gives("dead")
 
 
 class EdgeLoad(Record):
-    """A load along a straight line, on all free edges of movable blocks that lie on the line.
+    """Distributed load along a straight line, on all free edges of movable blocks on that line.
 
     Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
 
@@ -114,17 +116,17 @@ class EdgeLoad(Record):
         if (self.pressure is None) == (self.force is None):
             yield "give 'pressure' or 'force'" + ("" if self.force is None else ", not both")
         if self.start == self.end:
-            yield "'from' and 'to' are one point: give the two ends of the loaded line"
+            yield "'from' and 'to' are the same point: give the two ends of the loaded line"
 
 
 def _refuse_group(name: str | None) -> None:
-    """Raise ValueError if a load names a group that has a meaning of its own in load cases."""
+    """Raise ValueError if a load's group has the name of a predefined group of load cases."""
     if name in GROUPS:
-        raise ValueError(f"'group' \"{name}\" is a word of load cases: name it otherwise")
+        raise ValueError(f"'group' \"{name}\" is reserved for load cases: choose another name")
 
 
 class _Strut(Record):
-    """Fields and rules that ties and props share."""
+    """Fields and rules that ties and props have in common."""
 
     between: tuple[Name, Name]
     at: tuple[PlaneOrSpaceVector, PlaneOrSpaceVector]
@@ -134,15 +136,15 @@ class _Strut(Record):
     def _mistakes(self) -> Iterator[str]:
         first, second = self.at
         if len(first) != len(second):
-            yield "'at' needs two points of as many numbers each"
+            yield "'at' needs two points with equal numbers of coordinates"
         if first == second:
-            yield "'at' gives one point twice: give the two ends of its line"
+            yield "'at' has the same point twice: give two distinct ends"
         if self.between[0] == self.between[1]:
             yield "'between' needs two different blocks, or a block and \"ground\""
 
 
 class Tie(_Strut):
-    """A tie rod: a tension between its prestress and its strength, along the line of its two anchors.
+    """Tie rod with a tension between prestress and strength, along the line of its two anchors.
 
     It may pass through blocks between its anchors without touching them. It carries no shear.
 
@@ -166,7 +168,7 @@ class Tie(_Strut):
 
 
 class Prop(_Strut):
-    """A prop: a compression up to its strength, along the line of its two ends.
+    """Prop with a compression up to its strength, along the line of its two ends.
 
     Raises CaseError if the ends are one point.
 
@@ -178,7 +180,7 @@ class Prop(_Strut):
 
 
 class Earthquake(Record):
-    """A live load by masses: λ times ``coefficient`` is the horizontal push per unit of weight.
+    """Live load of an earthquake: λ times ``coefficient`` is the horizontal push per unit of weight.
 
     Every weight pushes where it acts. Of dead forces the part along gravity pushes. A :class:`Load` or
     :class:`EdgeLoad` with a ``mass`` pushes with this mass instead.
@@ -203,7 +205,7 @@ class Earthquake(Record):
 
     @property
     def towards(self) -> str | tuple[float, ...]:
-        """Return a side of the plane, or the direction in space.
+        """Return the direction of the earthquake: a side of the plane, or a vector in space.
 
         The direction still includes its part along gravity, which has no effect.
         """
@@ -226,7 +228,7 @@ class Earthquake(Record):
 
 
 class LoadCase(Record):
-    """Factors of the loads that act together, by group.
+    """Load case: factors of the load groups that act together.
 
     Groups are those that loads name, and these:
 
@@ -257,23 +259,23 @@ class LoadCase(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if "axles" in self.dead:
-            yield "'dead' names 'axles', which move: give them in 'live'"
+            yield "'dead' names 'axles', which are a moving live load: name them in 'live'"
         if self.live.get("axles", 0.0) < 0:
-            yield "axles press down: give 'axles' in 'live' a positive factor"
+            yield "the factor of 'axles' in 'live' is negative: axles act downwards, give it above 0"
         live = any(self.live.values())
         if live and self.earthquake:
-            yield "give 'live' or 'earthquake', not both: of both, λ is no one number"
+            yield "give 'live' or 'earthquake', not both: λ can scale only one of them"
         elif not live and not self.earthquake:
             yield "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """Return the factor of a group's loads when they act as dead or as live."""
+        """Return the factor of a load group that acts as dead or as live load."""
         usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, usual)
 
     @property
     def moves(self) -> bool:
-        """Return True if axles are the only live load."""
+        """Return True if moving axles are the only live load of the load case."""
         return {group for group, factor in self.live.items() if factor} == {"axles"}
 
     def __str__(self) -> str:

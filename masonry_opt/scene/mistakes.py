@@ -11,7 +11,8 @@ from pydantic.fields import FieldInfo
 
 from masonry_opt.errors import CaseError, printable
 
-#: Messages for the most frequent mistakes, by pydantic's type of error. They are plainer than pydantic's own.
+#: Messages for the most frequent mistakes, by pydantic's error type. Pydantic's own messages are harder to
+#: understand.
 _MESSAGES = {
     "model_type": "must be a table of keys",
     "dict_type": "must be a table of keys",
@@ -25,16 +26,17 @@ _MESSAGES = {
     "string_type": "must be text",
     "string_too_short": "must not be empty",
     "string_too_long": "must have at most {max_length} characters",
-    "string_pattern_mismatch": "must not hold control characters",
+    "string_pattern_mismatch": "must not contain control characters",
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
     "less_than": "must be less than {lt}",
     "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
-    "missing": "needs two numbers, [x, y]",  # a missing entry; a missing key has another message
+    # For a missing entry of a list; a missing key has another message.
+    "missing": "needs two numbers, [x, y]",
 }
 
-#: Messages for values that are given in Python, where types have other names than in a case file.
+#: Messages for values passed in Python, whose types have other names than in a case file.
 _PYTHON_MESSAGES = _MESSAGES | {
     "model_type": "must be a {class_name}, or a dict of its keys",
     "dict_type": "must be a dict",
@@ -42,13 +44,13 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Largest number of lines in one message. Further mistakes usually repeat earlier ones.
+#: Largest number of lines in one error message. Further mistakes usually repeat earlier mistakes.
 _MOST_LINES = 20
 
-#: Largest number of characters of a message that quotes names.
+#: Largest number of characters of an error message that quotes names.
 _LONGEST_MESSAGE = 500
 
-#: Largest number of characters of a quoted key or value.
+#: Largest number of characters of a quoted key or value in an error message.
 _LONGEST_QUOTE = 60
 
 #: Shortens the representation of values.
@@ -64,7 +66,7 @@ _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 def wrong_values(
     error: ValidationError, record: type[BaseModel], values: Mapping[str, Any], head: str = ""
 ) -> CaseError:
-    """Return the error of wrong values, one line for each mistake.
+    """Return the CaseError for wrong values, with one line for each mistake.
 
     Each line begins with ``head``, by default the name of the record in errors.
     """
@@ -78,23 +80,23 @@ def wrong_values(
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the name of a record in errors: its title or class, and its own name."""
+    """Return the name of a record in error messages: its title or class, and its own name."""
     return f"{record.model_config.get('title') or record.__name__} {_name(values)}".rstrip()
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the end of an error on an unknown name: a known name that is similar, or nothing."""
+    """Return the last clause of an error about an unknown name: a similar known name, or ""."""
     close = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def repeated(names: Iterable[str]) -> list[str]:
-    """Return the names that occur more than once, each once."""
+    """Return the names that occur more than once, without repetition."""
     return [name for name, count in Counter(names).items() if count > 1]
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return one mistake, with the table or the list entry in which it is."""
+    """Return the message of one mistake, preceded by its table or list entry."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
@@ -103,7 +105,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a file a generator may be one table or a list of tables.
+        # In a case file, a generator is one table or a list of tables.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
@@ -118,7 +120,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
 
 
 def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_file: bool) -> str:
-    """Return the key at ``loc`` and its mistake.
+    """Return the message of one mistake, with the key at ``loc``.
 
     ``record`` is the class whose keys are suggested.
     """
@@ -150,23 +152,23 @@ def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_
 
 
 def _entry(table: str, index: int, entries: Any) -> str:
-    """Return the number and the name of an entry in a list of tables."""
+    """Return the number and the name of an entry in a list of tables, for an error message."""
     listed = isinstance(entries, list | tuple) and index < len(entries)
     name = _name(entries[index]) if listed else ""
     return f"{table} no. {index + 1}" + (f" ({name})" if name else "")
 
 
 def _name(entry: Any) -> str:
-    """Return the name of a block, or of the blocks of a joint or load; empty if there is none."""
+    """Return the name of a block, or the block names of a joint or load; "" without a name."""
     named = entry if isinstance(entry, Mapping) else {}
-    block = named.get("block")  # the name of a block in a load; in other tables it is not text
+    block = named.get("block")  # the block name of a load; in other tables the value of this key is no text
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
     # An array has no truth value.
     return _shown(name) if not hasattr(name, "shape") and name else ""
 
 
 def _shown(value: Any) -> str:
-    """Return a value in one short line, however large or deep it is."""
+    """Return a value as one short line of text, however large or nested the value is."""
     try:
         return _one_line(_SHORT.repr(value).replace("\n", " "))
     except ValueError:  # Python refuses to print integers of thousands of digits
@@ -174,7 +176,10 @@ def _shown(value: Any) -> str:
 
 
 def _one_line(text: str) -> str:
-    """Return a key or value in one short line. Users' own keys and values can have any length."""
+    """Return a key or value as one short line of text.
+
+    Keys and values of users can have any length.
+    """
     text = printable(text).replace("\n", "\\n")
     return text if len(text) <= _LONGEST_QUOTE else f"{text[: _LONGEST_QUOTE - 3]}..."
 
@@ -186,20 +191,20 @@ def _dotted(loc: list[Any]) -> str:
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a record by their names and aliases, in a case file by aliases alone."""
+    """Return the fields of a record by name and alias; in a case file by alias only."""
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
     own = {name if by_name else field.alias or name: field for name, field in fields}
     return own | {field.alias: field for _, field in fields if field.alias}
 
 
 def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
-    """Return the class of the records in a field, None if it has none.
+    """Return the class of the records in a field, or None if the field has no records.
 
     If several classes are possible, it is the one that the location of the error names.
     """
     annotations: list[Any] = [field.annotation]
     candidates: list[tuple[bool, type[BaseModel]]] = []
-    for annotation in annotations:  # the list grows by the parts of each annotation
+    for annotation in annotations:  # the loop appends the parts of each annotation to the list
         kind, *marks = get_args(annotation) or (annotation,)
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             is_tagged = any(isinstance(mark, Tag) and mark.tag in loc for mark in marks)

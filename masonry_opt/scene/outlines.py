@@ -7,20 +7,20 @@ import shapely
 
 from masonry_opt.scene.rows import steps_round
 
-#: Largest length of a mitre at a corner, relative to the offset. Only corners sharper than about 1° exceed
-#: it.
+#: Largest length of a mitre at an offset corner, relative to the offset. Only corners sharper than about 1°
+#: have longer mitres.
 _MITRE_LIMIT = 100.0
 
-#: Sine of the angle by which a corner of a convex piece may turn inwards, which allows for rounding.
+#: Sine of the largest inward angle at a corner of a convex piece, as an allowance for rounding.
 _INWARD_TOLERANCE = 1e-9
 
-#: Grid, relative to the tolerance, on which overlays are repeated if they fail in floating point. A coarser
-#: grid moves corners further.
+#: Grid size, relative to the tolerance, of overlays that fail in floating-point arithmetic. A coarser grid
+#: moves corners further.
 GRID = 1e-3
 
 
 def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sides of all outlines and holes of polygons.
+    """Return the sides of all outlines and holes of polygons, as pairs of ends.
 
     The results are their ends, shape (sides, 2) each, and the index of the polygon of each side, in rising
     order.
@@ -32,7 +32,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the polygons, counter-clockwise, without straight corners.
+    """Return counter-clockwise polygons without corners on straight sides.
 
     A corner is straight if it lies within the tolerance of the outline without it.
     """
@@ -40,7 +40,7 @@ def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarr
 
 
 def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
-    """Return the polygons without parts that are narrower than a width.
+    """Return the polygons without parts that are narrower than a given width.
 
     A negative width closes gaps that are narrower than its absolute value.
     """
@@ -53,12 +53,12 @@ def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
 
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
-    """Return a mask of the polygons that are at least as wide as the width somewhere, shape (pieces,)."""
+    """Return a mask of the polygons that have a part of at least the given width, shape (pieces,)."""
     return ~shapely.is_empty(_offset(pieces, -width / 2))
 
 
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
-    """Return an overlay of polygons, computed on a grid if floating point fails.
+    """Return the overlay of polygons; repeat it on a grid if floating-point arithmetic fails.
 
     The failure can be silent on nearly coincident sides. It is detected by a difference in area from the
     overlay on the grid.
@@ -74,7 +74,10 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
 
 
 def valid(polygons: np.ndarray) -> np.ndarray:
-    """Return the polygons, repaired if their outlines cross themselves, as offsets may leave them."""
+    """Return the polygons, repaired if their outlines cross themselves.
+
+    Offsets may produce outlines that cross themselves.
+    """
     crossed = ~shapely.is_valid(polygons)
     repaired = polygons.copy()
     repaired[crossed] = shapely.orient_polygons(shapely.buffer(polygons[crossed], 0))
@@ -82,7 +85,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the intersections of pairs of polygons, in pieces, and the number of the pair of each piece.
+    """Return the pieces of the intersections of pairs of polygons, and the index of each piece's pair.
 
     The numbers are in rising order.
     """
@@ -96,7 +99,7 @@ def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
-    """Return convex polygons that make up a polygon or multipolygon and have no other corners.
+    """Divide a polygon or multipolygon into convex polygons without additional corners.
 
     The corners of each piece are counter-clockwise, shape (corners, 2). Neighbours share whole sides. Pieces
     thinner than ``tolerance`` are dropped.
@@ -115,7 +118,7 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
         first, second = piece_at[a, b], piece_at[b, a]
         if first == second:
             continue
-        # The first ring from b to a, then the corners of the second ring between a and b.
+        # The joined ring runs along the first ring from b to a, then along the second ring between a and b.
         whole = _rotated(rings[first], b) + _rotated(rings[second], a)[1:-1]
         if not all(_is_convex(corners, whole, corner) for corner in (a, b)):
             continue
@@ -127,13 +130,13 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
 
 
 def _rotated(ring: list[int], corner: int) -> list[int]:
-    """Return a ring that starts at a corner."""
+    """Return the corners of a ring in order, starting at a given corner."""
     at = ring.index(corner)
     return ring[at:] + ring[:at]
 
 
 def _is_convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
-    """Return True if a ring turns left at a corner, or goes straight on."""
+    """Return True if a ring turns left at a corner or is straight there."""
     at = ring.index(corner)
     before, here, after = corners[[ring[at - 1], corner, ring[(at + 1) % len(ring)]]]
     (x0, y0), (x1, y1) = here - before, after - here

@@ -16,7 +16,7 @@ TravelDirection = Literal["right", "left"]
 
 
 class AxleSet(NamedTuple):
-    """Successive axles: their distances, their loads and the source."""
+    """Distances and loads of successive axles, with their source."""
 
     distances: tuple[float, ...]  #: from each axle to the next one, in m
     loads: tuple[float, ...]  #: of each axle, in kN
@@ -41,7 +41,7 @@ SETS = {
 
 
 class Axles(Record):
-    """A group of axles that moves along a road over a scene in the plane: see :func:`~masonry_opt.crossing`.
+    """Group of axles that moves along a road over a plane scene; see :func:`~masonry_opt.crossing`.
 
     Raises CaseError if loads are missing or not positive, if distances are not one fewer than loads, if a set
     is unknown or given together with loads, or if the road does not run from left to right.
@@ -83,17 +83,17 @@ class Axles(Record):
             yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
         elif len(self.distances) != len(self.loads) - 1:
             count = f"{len(self.loads)} loads need {len(self.loads) - 1}, has {len(self.distances)}"
-            yield f"'distances' are those between the axles, one fewer than 'loads': {count}"
+            yield f"'distances' between axles must be one fewer than 'loads': {count}"
 
     @property
     def group(self) -> AxleSet:
-        """Return the distances, the loads (with the factor) and the source of the group."""
+        """Return the axle distances, the axle loads (with the factor) and the source of the group."""
         given = SETS[self.set] if self.set else AxleSet(tuple(self.distances), tuple(self.loads), "")
         return given._replace(loads=tuple(self.factor * load for load in given.loads))
 
     @property
     def directions(self) -> tuple[TravelDirection, ...]:
-        """Return the directions of travel, only one for both if the group is equal from both ends."""
+        """Return the directions of travel; only one if the group is symmetric."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
@@ -102,7 +102,10 @@ class Axles(Record):
 
 
 def _spread(value: Any) -> float | bool:
-    """Return the angle of spread in degrees, or False. Raises ValueError for any other value."""
+    """Return the angle of load spread in degrees, or False.
+
+    Raises ValueError for any other value.
+    """
     if value is False:
         return value
     if isinstance(value, int | float) and value is not True and 0 < value < 90:
@@ -111,7 +114,7 @@ def _spread(value: Any) -> float | bool:
 
 
 class Backing(Record):
-    """The part of a :class:`Fill` below a line, such as rubble or concrete over the haunches of an arch.
+    """Lower part of a :class:`Fill`, below a line, such as rubble or concrete over arch haunches.
 
     Raises CaseError if the line does not run from left to right, if a value is out of range, or if the share
     of the passive pressure is below the active pressure.
@@ -132,7 +135,7 @@ class Backing(Record):
 
 
 class Fill(Record):
-    """Earth between blocks and the line of a road above them, in the plane.
+    """Earth fill between the blocks of a plane scene and the line of a road above them.
 
     It lies on the first edges below the road, and against the upright faces between them. Its weight is a
     dead load on these edges. Loads on the road spread through it. It presses against faces with the force
@@ -171,10 +174,10 @@ class Fill(Record):
         if self.pressure:
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
-                    yield f"give '{key}', or 'pressure = false' for a fill that does not press"
+                    yield f"give '{key}', or 'pressure = false' for a fill without earth pressure"
             least, _, most = self.coefficients
             if least > most:
-                yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: give a larger share"
+                yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: raise 'mobilised'"
         if self.backing:
             backed = self.zones[1]
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
@@ -183,22 +186,22 @@ class Fill(Record):
             x = np.unique([*line[:, 0], *road[:, 0]])
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
-                yield "'backing': its 'line' lies beside the 'road': give both in one system of axes"
+                yield "'backing': its 'line' lies outside the 'road': give both in the same coordinates"
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
-                yield "'backing': its 'line' lies above the 'road': end it there, or lower it"
+                yield "'backing': its 'line' rises above the 'road': end or lower the line there"
 
     @property
     def zones(self) -> "tuple[Fill, ...]":
-        """Return the fill and, if it has a backing, the backing as a fill below its line."""
+        """Return the fill and, if there is a backing, a second fill for the backing below its line."""
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # The copy is not validated here. The backing is validated on its own, so that an error names it.
+        # The copy for the backing is not validated here. The backing itself is validated, so errors name it.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property
     def coefficients(self) -> tuple[float, float, float]:
-        """Return K_a, K_0 = 1 - sin φ (Jaky) and m K_p of a fill that presses."""
+        """Return the pressure coefficients K_a, K_0 = 1 - sin φ (Jaky) and m K_p of a fill."""
         assert self.friction_angle is not None
         assert self.mobilised is not None
         active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2

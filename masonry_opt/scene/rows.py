@@ -9,23 +9,23 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-#: Largest number of combinations in one chunk. A larger value takes more memory at a time.
+#: Largest number of combinations in one chunk. A larger value needs more memory.
 _CHUNK_SIZE = 2_000_000
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Table of columns with equal numbers of rows; a column is an array or another table."""
+    """Table whose columns have equal numbers of rows; each column is an array or another table."""
 
     def where(self, chosen: np.ndarray) -> Self:
-        """Return the rows of a mask, or the rows with the given numbers in their order."""
+        """Return the rows that a mask selects, or the rows with the given indices."""
         columns = (getattr(self, field.name) for field in fields(self))
         return type(self)(
             *(column.where(chosen) if isinstance(column, Rows) else column[chosen] for column in columns)
         )
 
     def then(self, *more: Self) -> Self:
-        """Return the rows of this table, followed by those of others."""
+        """Return the rows of this table, followed by the rows of other tables."""
         columns = ([getattr(table, field.name) for table in (self, *more)] for field in fields(self))
         return type(self)(
             *(
@@ -36,22 +36,22 @@ class Rows:
 
 
 def dots(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the scalar products of the rows of two arrays, shape (rows,)."""
+    """Return the scalar products of corresponding rows of two arrays, shape (rows,)."""
     return np.einsum("ij,ij->i", one, other)
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
-    """Return the lengths of the rows, shape (rows,)."""
+    """Return the Euclidean lengths of the rows of an array, shape (rows,)."""
     return np.sqrt(dots(vectors, vectors))
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sums of the rows of each owner, shape (count, k), for values of shape (rows, k)."""
+    """Return the sum of all rows with the same owner, shape (count, k), for values of shape (rows, k)."""
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest values of the rows of each owner, shape (count, k) each.
+    """Return the smallest and largest values of all rows with the same owner, shape (count, k) each.
 
     Owners are in rising order, and each owner has at least one row.
     """
@@ -60,13 +60,13 @@ def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarra
 
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
-    """Return the number of the first row that is equal to each row."""
+    """Return, for each row, the index of the first equal row."""
     _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first[group.reshape(-1)]
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the number of the connected component of each of ``count`` rows, shape (count,).
+    """Return the index of the connected component of each of ``count`` rows, shape (count,).
 
     The pairs ``one`` and ``other`` link rows.
     """
@@ -75,7 +75,7 @@ def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the faces that must be turned so that all faces of a surface have one orientation.
+    """Return the faces that must be reversed to give a surface one orientation.
 
     Parameters
     ----------
@@ -91,19 +91,20 @@ def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) ->
     turn, contradictory : ndarray, shape (count,)
         Masks of the faces to turn, and of the faces for which no choice is consistent.
     """
-    # The graph has two nodes for each face, unturned and turned. Links join the nodes that must go together.
+    # The graph has two nodes for each face: as given and reversed. An edge joins two nodes that have
+    # consistent orientations.
     together = np.where(alike, other + count, other), np.where(alike, other, other + count)
     group = linked(2 * count, np.append(one, one + count), np.append(*together))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Return ranges of numbers, one after another, from each first number upwards."""
+    """Return several ranges of integers, concatenated, each from its first number upwards."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """Return the number that follows each number in rings of given sizes, numbered one after another."""
+    """Return the successor of each index in rings of given sizes, with indices counted over all rings."""
     ends = np.cumsum(count)
     after = np.arange(1, count.sum() + 1)
     after[ends[count > 0] - 1] = (ends - count)[count > 0]
@@ -111,14 +112,14 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return pairs of each number of a ring and the next one."""
+    """Return the pairs of each index of a ring and its successor."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of numbers from two lists of ranges.
+    """Return all pairs of integers from corresponding ranges of two lists.
 
     The results are the number of the range, the number from the first range and that from the second range,
     which varies fastest.
@@ -130,7 +131,7 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of consecutive sizes whose combinations fit into memory."""
+    """Yield slices of consecutive sizes, such that the combinations of each slice fit into memory."""
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 
@@ -138,7 +139,7 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """Return the pieces of a length that gaps leave free.
+    """Return the parts of an interval that gaps leave free.
 
     The length is from ``start`` to ``end``. Gaps can be in any order. Pieces that are not longer than
     ``least`` are left out.

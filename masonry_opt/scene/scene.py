@@ -15,13 +15,13 @@ from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
-#: Blocks above which a notebook shows no drawing. A notebook stores what it shows, and larger drawings would
+#: Largest number of blocks that a notebook draws. A notebook stores its pictures, and larger drawings would
 #: make its file large.
 _MOST_DRAWN_BLOCKS = 2000
 
 
 class Scene(SceneKeys):
-    """Rigid blocks and their joint properties. The joints are found from the geometry.
+    """Rigid blocks with loads and joint properties; the joints are found from the geometry.
 
     ``scene["A"]`` is the block with that name.
 
@@ -81,14 +81,17 @@ class Scene(SceneKeys):
         return np.array([block.fixed for block in self.blocks])
 
     def __getitem__(self, name: str) -> Block | Solid:
-        """Return the block with a name. Raises CaseError if there is none."""
+        """Return the block with the given name.
+
+        Raises CaseError if the scene has no such block.
+        """
         by_name = {block.name: block for block in self.blocks}
         if name not in by_name:
             raise CaseError(f"{self.origin}: no block is named {name!r}{did_you_mean(str(name), by_name)}")
         return by_name[name]
 
     def __repr__(self) -> str:
-        """Return two lines: the name of the scene, and the number of records of each kind."""
+        """Return a text of two lines: the name of the scene, and the number of records of each kind."""
         lists = {name: value for name, value in vars(self).items() if isinstance(value, list) and value}
         facts = [
             counted(len(records), name.removesuffix("s").replace("_", " ")) for name, records in lists.items()
@@ -105,15 +108,17 @@ class Scene(SceneKeys):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Return the representation in a notebook: the text of ``repr`` and the drawing of ``mo.draw``."""
-        # Drawing depends on scenes. The package imports it on first use, which avoids a circular import.
+        """Return the HTML for a notebook: the text of ``repr`` and the drawing of ``mo.draw``."""
+        # Import the package here: drawing depends on scenes, and a global import would be circular.
         import masonry_opt as mo
 
         text = repr(self)
         drawing = ""
         try:
             if len(self.blocks) > _MOST_DRAWN_BLOCKS:
-                raise OptionError(f"its blocks are more than {_MOST_DRAWN_BLOCKS}; mo.draw(scene) draws them")
+                raise OptionError(
+                    f"the scene has more than {_MOST_DRAWN_BLOCKS} blocks; draw it with mo.draw(scene)"
+                )
             drawing = (
                 f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
             )
@@ -122,7 +127,7 @@ class Scene(SceneKeys):
         return f'<pre style="white-space:pre-wrap">{escape(text)}</pre>{drawing}'
 
     def replace(self, **changes: Any) -> Self:
-        """Return a scene with other values, which are checked as in a call. This scene does not change.
+        """Return a copy of the scene with changed values, which are checked like new ones.
 
         The new scene has the same origin and is in the same load case. A mapping changes only the keys of a
         record, or the records of a list, that it names: ``scene.replace(joints={"friction": 0.3},
@@ -134,7 +139,7 @@ class Scene(SceneKeys):
         return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 
     def in_case(self, name: str) -> Self:
-        """Return the scene in one of its load cases, given its name.
+        """Return the scene with the loads of one of its load cases, given by name.
 
         Raises OptionError if the scene has no such load case.
         """
@@ -146,40 +151,40 @@ class Scene(SceneKeys):
         raise OptionError(f"{self.origin}: no load case {name!r}; {remedy}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
-        """Return the scene in a load case, whose groups and directions must be known in the scene."""
+        """Return the scene in a given load case, whose groups and directions must fit the scene."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return the scene in the load case of the scene from which it was made."""
+        """Return the scene in the load case that is selected in the scene from which it was made."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
-        """Raise OptionError if the scene has load cases and is in none of them.
+        """Raise OptionError if the scene has load cases and none of them is selected.
 
         It is then not known which loads act.
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
-                f"{self.origin}: has load cases: name one of them, 'load_case' (--load-case): "
-                f"{', '.join(case.name for case in self.load_cases)} (in Python scene.in_case(name) is the "
-                "scene in one, and mo.solve_cases solves all, as the command solve does)"
+                f"{self.origin}: has load cases: choose one with 'load_case' (--load-case): "
+                f"{', '.join(case.name for case in self.load_cases)} (in Python, scene.in_case(name) selects "
+                "one load case; mo.solve_cases and the command solve compute all of them)"
             )
 
     @property
     def load_case(self) -> LoadCase | None:
-        """Return the load case that the scene is in, None if loads act as they are given."""
+        """Return the selected load case; None if loads act without factors."""
         return self._load_case
 
     @property
     def shaken_by(self) -> Earthquake | None:
-        """Return the earthquake that acts, which is then the only live load."""
+        """Return the acting earthquake, which is then the only live load."""
         return self.earthquake if self._load_case is None else self._load_case.earthquake
 
     def shaken(self, quake: Earthquake) -> Self:
-        """Return the scene with an earthquake in place of all other live loads.
+        """Return the scene with an earthquake instead of all other live loads.
 
         The dead loads remain those of its load case. The result has no reference values, because reference
         values are load factors of other live loads. Raises CaseError if the direction of the earthquake is
@@ -192,11 +197,11 @@ class Scene(SceneKeys):
         case = self.load_case
         if case:
             return without_reference.with_load_case(case.replace(live={}, earthquake=quake))
-        # The copy is not checked: a check would refuse the earthquake beside live loads, which no longer act.
+        # The copy is not validated: validation would refuse an earthquake together with other live loads.
         return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
-        """Return the factor of a group of loads when they act as dead or as live.
+        """Return the factor of a load group that acts as dead or as live load.
 
         ``kind`` is the kind as which they act. ``given`` is the kind as which the scene gives them: "weight",
         "fill", "dead" or "live".
@@ -209,12 +214,12 @@ class Scene(SceneKeys):
 
     @property
     def factor_of_axles(self) -> float:
-        """Return the factor of axles that cross the scene, 0 in a load case that does not name them."""
+        """Return the factor of moving axle loads; 0 in a load case that does not name them."""
         return self.factor("live", "live", "axles")
 
     @property
     def factor_of_pressure(self) -> float:
-        """Return the factor of the pressures of fills."""
+        """Return the factor of the earth pressures of fills."""
         return 1.0 if self._load_case is None else self._load_case.pressure
 
     @property
@@ -232,20 +237,28 @@ class Scene(SceneKeys):
         return np.asarray(quake.coefficient * (sideways + quake.vertical * self.down))
 
     def in_plane(self) -> list[Block]:
-        """Return the blocks of a scene in the plane. Raises OptionError for a scene in space."""
+        """Return the blocks of a plane scene.
+
+        Raises OptionError for a scene in space.
+        """
         if self.dimension == 3:
-            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
+            raise OptionError(
+                f"{self.origin}: its blocks are solids, but this function needs a scene in the plane"
+            )
         return [block for block in self.blocks if isinstance(block, Block)]
 
     def in_space(self) -> list[Solid]:
-        """Return the blocks of a scene in space. Raises OptionError for a scene in the plane."""
+        """Return the blocks of a scene in space.
+
+        Raises OptionError for a plane scene.
+        """
         if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
+            raise OptionError(f"{self.origin}: its blocks lie in the plane, but this function needs solids")
         return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property
     def origin(self) -> str:
-        """Return the case file that the scene was read from, or ``"scene"``.
+        """Return the path of the scene's case file, or ``"scene"``.
 
         Error messages begin with it.
         """
@@ -258,19 +271,19 @@ class Scene(SceneKeys):
 
     @property
     def case(self) -> SceneKeys | None:
-        """Return the case file as it was read, with generators that are not expanded.
+        """Return the content of the case file as read, with unexpanded generators.
 
         None if the scene was made in Python.
         """
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
-        """Return the scene with the name of the file that it was read from, and the content of the file."""
+        """Return the scene with the name and the content of its case file."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the keys and load cases are equal, whatever the origin of the scenes."""
+        """Return True if the scenes have equal keys and load cases; their files do not matter."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

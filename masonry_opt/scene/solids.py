@@ -10,7 +10,7 @@ from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Num
 
 
 def _list_of(count: int, entries: str) -> BeforeValidator:
-    """Return a validator of lists with ``count`` entries, whose error says ``needs {entries}``.
+    """Return a validator of lists with ``count`` entries; its error message is ``needs {entries}``.
 
     Pydantic's own error would be worded for vectors in the plane.
     """
@@ -23,20 +23,21 @@ def _list_of(count: int, entries: str) -> BeforeValidator:
     return BeforeValidator(checked)
 
 
-#: Selects one of two types, each marked with its ``Tag``, so that errors refer only to the selected type.
+#: Discriminator between one record and a list of records, each marked with its ``Tag``. Errors then refer
+#: only to the selected type.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
-#: A vector in the plane or in space, as the blocks of the scene are.
+#: A vector with two components in plane scenes and three components in space.
 PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-#: Text for the coordinates of a point, by dimension.
+#: Text of error messages for the coordinates of a point, by dimension.
 COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
-    """Return a point or direction, shape (dimension,), or None if the value is not one."""
+    """Return a value as a point or direction, shape (dimension,), or None if this is impossible."""
     try:
         vector = np.array(given, dtype=float)
     except (TypeError, ValueError):
@@ -55,20 +56,20 @@ Corners = Annotated[list[Vector], Field(min_length=4)]
 FaceLists = Annotated[list[Face], Field(min_length=4)]
 #: Keys of a block whose values are vectors.
 _VECTOR_KEYS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
-#: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. The corners are
-#: counter-clockwise seen from above, those of the bottom first.
+#: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners are
+#: counter-clockwise seen from above: four bottom corners, then four top corners.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
 
 class Polyhedron(NamedTuple):
-    """Corners, shape (v, 3), and faces as lists of their indices, in order round each face."""
+    """Polyhedron given by corners, shape (v, 3), and faces, each a list of corner indices in order."""
 
     vertices: np.ndarray
     faces: list[list[int]]
 
 
 class Part(Record):
-    """One of several convex parts of a solid.
+    """Convex part of a solid that has several parts.
 
     It is given by ``vertices`` and ``faces`` or by a ``box``, as in :class:`Solid`. Raises CaseError if the
     shape is missing, given twice or not valid.
@@ -85,7 +86,7 @@ class Part(Record):
 
 
 class Solid(Body):
-    """One rigid block in space, or a fixed support.
+    """Rigid block in space, or a fixed support.
 
     Lengths and forces are in any consistent units.
 
@@ -142,12 +143,12 @@ class Solid(Body):
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
-        """Return the parts, a single one if the solid is given by corners and faces or as a box."""
+        """Return the convex parts of the solid, one if it is a box or has its own corners and faces."""
         shapes: Sequence[Part | Solid] = self.parts or [self]
         return [_polyhedron(shape) for shape in shapes]
 
     def corners(self) -> np.ndarray:
-        """Return the corners of the parts, shape (corners, 3)."""
+        """Return the corners of all parts of the solid, shape (corners, 3)."""
         return np.concatenate([part.vertices for part in self.polyhedra])
 
 
@@ -158,13 +159,13 @@ def _is_solid(value: Any) -> bool:
     if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
         return True
     shape = value.get("vertices", value.get("parts"))
-    if shape is None:  # the missing shape is reported for the type of block that the vectors fit
+    if shape is None:  # report the missing shape for the type of block that the vectors fit
         return any(_numbers(value.get(key)) == 3 for key in _VECTOR_KEYS)
     return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
 
 
 def _numbers(value: Any) -> int:
-    """Return the length of the first list of numbers in nested lists."""
+    """Return the length of the first list of numbers within nested lists."""
     entries = _entries(value)
     for _ in range(2):
         nested = _entries(entries[0]) if entries else ()
@@ -173,11 +174,11 @@ def _numbers(value: Any) -> int:
 
 
 def _entries(value: Any) -> Sequence[Any]:
-    """Return the value if it is a list or tuple, else an empty tuple."""
+    """Return a value if it is a list or tuple, and an empty tuple otherwise."""
     return value if isinstance(value, list | tuple) else ()
 
 
-#: A block in the plane or in space. Its keys select the type, so that errors refer only to keys of this type.
+#: Block in the plane or in space. Its keys select the type, so error messages name only keys of this type.
 AnyBlock = Annotated[
     Annotated[Block, Tag("<block>")] | Annotated[Solid, Tag("<solid>")],
     Discriminator(lambda value: "<solid>" if _is_solid(value) else "<block>"),
@@ -187,7 +188,7 @@ AnyBlock = Annotated[
 def box(
     name: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], **keys: Any
 ) -> Solid:
-    """Return a block with faces perpendicular to the axes, between two values of each coordinate.
+    """Return a rectangular block with faces perpendicular to the axes, from an interval on each axis.
 
     ``keys`` are the other parameters of :class:`Solid`: weight, loads, ``fixed``. Raises CaseError if a value
     is wrong.
@@ -196,7 +197,7 @@ def box(
 
 
 def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> dict[str, Any]:
-    """Return ``vertices`` and ``faces`` of the prism between two polygons.
+    """Return the keys ``vertices`` and ``faces`` of the prism between two polygons.
 
     The corners of both polygons are in one order, counter-clockwise for the front seen from outside.
     """
@@ -210,25 +211,25 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 
 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
-    """Yield the mistakes in the faces or the box of a shape."""
+    """Yield an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
-        yield "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
+        yield "'vertices' of a solid need 'faces', lists of corner numbers round each face (or give a 'box')"
     if shape.faces is not None and shape.vertices is None:
-        yield "'faces' go with 'vertices' alone: take them away"
+        yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
-            yield f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
+            yield f"'box' has no extent along {axis}: give two rising numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
         beyond = [index for index in face if index >= count]
         if beyond:
-            yield f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
+            yield f"face no. {number} names corner {beyond[0]}; 'vertices' are numbered 0 to {count - 1}"
         if len(set(face)) < len(face):
-            yield f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
+            yield f"face no. {number} names a corner twice: 'faces' must list each corner once, in order"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:
-    """Return the corners and faces of a shape."""
+    """Return the corners and faces of a solid's shape."""
     if shape.box is None:
         return Polyhedron(np.array(shape.vertices, dtype=float), [list(face) for face in shape.faces or ()])
     (x0, x1), (y0, y1), (z0, z1) = shape.box

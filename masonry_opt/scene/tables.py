@@ -16,22 +16,22 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
 
-#: Largest size of a case file, in bytes. It holds about 90,000 blocks, more than can be solved; larger walls
-#: are generated, see ``[wall]``. Reading takes about 80 times the memory, and up to 400 times for malicious
-#: files.
+#: Largest size of a case file, in bytes: about 90,000 blocks, more than can be solved. Larger walls can be
+#: generated, see ``[wall]``. Reading takes about 80 times the size in memory, and up to 400 times for
+#: malicious files.
 LARGEST_FILE = 10_000_000
 
-#: Largest number of entries in one list of tables. Each wrong entry takes memory and time for its message.
+#: Largest number of entries in one list of tables. Each wrong entry costs memory and time for its message.
 _MOST_ENTRIES = 200_000
 
-#: Largest number of parts of a dotted key. Case files need three; the memory to parse a key grows with the
-#: square.
+#: Largest number of parts of a dotted key. Case files need three parts; the memory to parse a key grows with
+#: the square of this number.
 _MOST_PARTS = 9
 
-#: Regular expression of one part of a dotted key.
+#: Regular expression for one part of a dotted key.
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 
-#: Regular expression of a dotted key with too many parts.
+#: Regular expression for a dotted key with too many parts.
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
 
 
@@ -44,14 +44,16 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
     try:
         path = Path(path)
     except TypeError:
-        raise CaseError(f"the path of {of} is text or a pathlib.Path (found {type(path).__name__})") from None
+        raise CaseError(
+            f"the path of {of} must be text or a pathlib.Path (found {type(path).__name__})"
+        ) from None
     if ends and path.suffix.lower() not in ends:
         raise CaseError(f"{path}: the name of {of} ends in {', '.join(ends)}")
     return path
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML or JSON file.
+    """Return the tables of a TOML or JSON file as a dictionary.
 
     Raises CaseError if the file cannot be read, is too large or is not valid.
     """
@@ -67,7 +69,7 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_file(path: Path) -> Any:
-    """Return the content of a ``.toml`` or ``.json`` file, of any type.
+    """Return the parsed content of a ``.toml`` or ``.json`` file, whatever its type.
 
     Raises CaseError as :func:`read_tables` does.
     """
@@ -82,7 +84,7 @@ def parse_file(path: Path) -> Any:
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply to be a case file") from None
     except ValueError as error:
-        # Python refuses to convert whole numbers of thousands of digits.
+        # Python refuses to convert integers with thousands of digits.
         why = str(error)
         if "integer string conversion" in why:
             why = "a whole number has thousands of digits"
@@ -99,7 +101,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     data = b""
     try:
         mode = path.stat().st_mode
-        if stat.S_ISREG(mode):  # reading a pipe or a device might never end
+        if stat.S_ISREG(mode):  # only regular files: reading a pipe or a device might never end
             with path.open("rb") as stream:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
@@ -116,7 +118,10 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
 
 
 def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) -> None:
-    """Write a file completely or not at all. Raises ``refusal`` if it cannot be written."""
+    """Write a file completely or not at all.
+
+    Raises ``refusal`` if the file cannot be written.
+    """
     try:
         write_whole(path, content)
     except (OSError, ValueError) as error:
@@ -124,7 +129,10 @@ def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) ->
 
 
 def library(name: str, hint: str) -> Any:
-    """Import a library of an optional extra. Raises OptionError with the hint if it is not installed."""
+    """Import a library of an optional extra.
+
+    Raises OptionError with the hint if the library is not installed.
+    """
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -133,7 +141,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Replace any exception that a library raises on a broken file by a refusal of one line."""
+    """Replace any exception of a library on a broken file by an error of one line."""
     try:
         yield
     except MemoryError:
@@ -143,7 +151,10 @@ def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
 
 
 def _toml(text: str) -> Any:
-    """Return the tables of a TOML text. Raises ValueError if a key has too many parts."""
+    """Return the tables of a TOML text.
+
+    Raises ValueError if a key has too many parts.
+    """
     long_key = _LONG_KEY.search(text)
     if long_key:
         line = text.count("\n", 0, long_key.start()) + 1
@@ -152,7 +163,10 @@ def _toml(text: str) -> Any:
 
 
 def _number(text: str) -> float:
-    """Return a number of a text. Raises ValueError if it exceeds double precision."""
+    """Convert a text to a number.
+
+    Raises ValueError if the number exceeds double precision.
+    """
     value = float(text)
     if math.isinf(value) and "inf" not in text:
         raise ValueError(f"the number {text[:40]} is too large")

@@ -15,12 +15,13 @@ Course = Annotated[
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
 ]
 
-#: A block of a course: its ends, in full blocks, and its weight, None if its weight is that of its area.
+#: Block of a course: its left end, its right end, in block lengths, and its weight. The weight is None if it
+#: follows from the area.
 _CoursePiece = tuple[float, float, float | None]
 
 
 class Wall(WeighedGenerator):
-    """Courses of blocks, bottom first, starting at x = 0 on a fixed base whose top is y = 0.
+    """Wall of courses, listed from the bottom, from x = 0 on a fixed base whose top is y = 0.
 
     Raises CaseError if a course has no block or an unknown name, or if the weight is missing or given twice.
 
@@ -60,7 +61,7 @@ class Wall(WeighedGenerator):
 
     @property
     def size(self) -> int:
-        """Return the number of blocks and gaps."""
+        """Return the number of blocks and gaps in all courses."""
         return self.repeat * sum(len(self._lengths(entry)) for entry in self.courses)
 
     def _lengths(self, entry: str | list[float]) -> list[float]:
@@ -83,7 +84,9 @@ class Wall(WeighedGenerator):
 
 
 class Facade(WeighedGenerator):
-    """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
+    """Façade in running bond with x × y equal openings, each with a lintel, on a fixed base.
+
+    The top of the base is y = 0.
 
     Courses alternate between unshifted and shifted ones, the lowest unshifted. Where a block of a shifted
     course would cross the edge of an opening, its inner half is left out. A storey has an even number of
@@ -128,14 +131,14 @@ class Facade(WeighedGenerator):
         if self.weight is not None and self.lintel_weight is None:
             yield "'weight' needs a 'lintel_weight' (or give 'unit_weight' in place of both)"
         if self.unit_weight is not None and self.lintel_weight is not None:
-            yield "'unit_weight' weighs the lintels too: take 'lintel_weight' away"
+            yield "'unit_weight' determines the weight of lintels too: remove 'lintel_weight'"
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
             yield "'sill', the height of 'opening', a lintel and 'spandrel' must add up to an even number"
         for door in self.doors:
             if door > self.openings[0]:
-                yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"
+                yield f"'doors' names opening {door}; a storey has {self.openings[0]}, numbered from 1"
         if len(set(self.doors)) < len(self.doors):
             yield "'doors' has an opening twice"
         if self.doors and not self.sill:
@@ -143,12 +146,12 @@ class Facade(WeighedGenerator):
 
     @property
     def size(self) -> int:
-        """Return the number of blocks of the façade if it had no openings."""
+        """Return the number of blocks that the façade would have without openings."""
         return self.width * self.storey * self.openings[1]
 
     @property
     def storey(self) -> int:
-        """Return the number of courses of a storey."""
+        """Return the number of courses of one storey."""
         return self.sill + self.opening[1] + 1 + self.spandrel
 
     @property
@@ -179,12 +182,12 @@ class Facade(WeighedGenerator):
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
         runs = [run for run in pairwise(ends) if not any(start <= run[0] < end for start, end in gaps)]
         pieces = [(left, right, _share(self.weight, right - left)) for left, right in runs]
-        if level == self.opening[1]:  # the course of the lintels, which bear half a block on either side
+        if level == self.opening[1]:  # the course of the lintels, which rest on half a block on either side
             pieces += [(left, right, self.lintel_weight) for left, right in gaps]
         return sorted(pieces, key=lambda piece: piece[0])
 
     def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
-        """Return the left and right ends of the openings with the given numbers, in blocks.
+        """Return the left and right ends of the openings with the given numbers, in block lengths.
 
         Each end is moved outwards by ``bearing``.
         """
@@ -194,7 +197,7 @@ class Facade(WeighedGenerator):
 
 
 class Column(WeighedGenerator):
-    """Drums of equal height upwards from y = 0, on a fixed base: a column, a pier or a buttress.
+    """Column, pier or buttress: drums of equal height from y = 0 upwards, on a fixed base.
 
     Raises CaseError if the weight is missing or given twice, or if one side is to slope and the widths are
     equal.
@@ -225,7 +228,7 @@ class Column(WeighedGenerator):
         yield from super()._mistakes()
         bottom, top = both(self.width)
         if self.batter != "both" and bottom == top:
-            yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
+            yield f"'batter' makes the {self.batter} side slope: give 'width' as [bottom, top]"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
@@ -236,7 +239,7 @@ class Column(WeighedGenerator):
         area = (bottom + top) / 2 * self.height
         # Share of the batter on the left side.
         left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
-        levels = []  # left end, right end and height of each bed joint
+        levels = []  # left end, right end and height of each bed joint of the wall
         for up in (joint / self.drums for joint in range(self.drums + 1)):
             narrower = (bottom - top) * up
             levels.append((left * narrower, bottom - (1 - left) * narrower, self.height * up))
@@ -253,14 +256,14 @@ class Column(WeighedGenerator):
 
 
 def _share(weight: float | None, share: float) -> float | None:
-    """Return a share of a weight, None if there is no weight."""
+    """Return a fraction of a weight, or None if the weight is None."""
     return None if weight is None else weight * share
 
 
 def _built(
     wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float, thickness: float | None
 ) -> list[Block]:
-    """Return the blocks of courses, one above the other, and the base."""
+    """Return the blocks of all courses, one course above the other, and the base."""
     length, height = wall.block
     built: list[Block] = []
     for row, course in enumerate(courses):
@@ -275,7 +278,7 @@ def _built(
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
-    """Yield the mistakes in the lengths of a course."""
+    """Yield an error message for each mistake in the lengths of a course."""
     if any(length == 0 for length in lengths):
         yield f"{course}: a length is 0 (blocks > 0, gaps < 0)"
     if all(length < 0 for length in lengths):

@@ -25,20 +25,20 @@ _VERDICTS = {
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
-#: Columns from which a program is compiled again for every solve, with its parameters as constants. Below
-#: this size CVXPY compiles once, into a tensor over the parameters. The memory of this tensor grows with the
-#: square of the number of joints, and for larger programs it takes more time than compiling again.
+#: Number of columns above which every solve compiles the program again, with its parameters as constants.
+#: Smaller programs are compiled once, into a tensor over the parameters. The memory of this tensor grows with
+#: the square of the number of joints. For larger programs the tensor takes more time than compiling again.
 _COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """A program declared in CVXPY, and the solver that solves it.
+    """Program declared in CVXPY, with the solver that solves it.
 
     The effort records the solver under the purpose. With ``repeats`` True the program is solved several times
     with other parameters, and is compiled only once if it is not too large.
     """
 
-    size: LpSize  #: size of the program as it was last compiled
+    size: LpSize  #: size of the program as last compiled
 
     def __init__(
         self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
@@ -49,7 +49,10 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Count further solves in another effort. Solves do not depend on earlier ones."""
+        """Add the time and iterations of later solves to another effort.
+
+        Solves do not depend on earlier solves.
+        """
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 
@@ -77,9 +80,10 @@ class CvxpyEngine:
             with effort.measure("read"), warnings.catch_warnings():
                 warnings.simplefilter(
                     "ignore"
-                )  # CVXPY warns that a solution may be inaccurate; the status says so too
+                )  # the status already tells that a solution may be inaccurate, so omit CVXPY's warning
                 program.unpack_results(raw, chain, inverse)
-        except (cp.SolverError, ValueError) as error:  # HiGHS that ends "unknown" has no values: ValueError
+        # CVXPY raises ValueError if HiGHS ends as "unknown" without values.
+        except (cp.SolverError, ValueError) as error:
             return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
@@ -92,21 +96,21 @@ class CvxpyEngine:
 def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
-    """Solve a program once, and return True if there is a solution to read.
+    """Solve a program once; return True if there is a solution to read.
 
     ``nearly`` is that of :meth:`~.registry.Solved.readable`.
     """
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Size of an entry above which its row, and then its column, is scaled down to this size. The value lies
-#: midway (geometrically) between 1 and a friction coefficient of 1e6: with either of these at one, digits of
-#: the other would be lost.
+#: Magnitude of an entry above which its row, and then its column, is scaled down to this magnitude. The value
+#: is the geometric mean of 1 and a friction coefficient of 1e6. If either of these were scaled to one, digits
+#: of the other would be lost.
 _LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """Solve a conic program after scaling its large entries, and return the solution in its own units.
+    """Solve a conic program with large entries scaled down; return the solution in original units.
 
     The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
     """
@@ -120,7 +124,7 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
     before = _largest(balanced)
     columns = 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE_ENTRY)
     scale = sp.diags_array(columns)
-    # Rows are scaled back to the size that they had before the columns were scaled, such as p ≥ 0.
+    # Restore the magnitude of rows, such as p ≥ 0, that the scaling of columns has reduced.
     rows *= _by_cones(before / _largest(balanced @ scale), cone_of_row, dims.zero)
     A = sp.diags_array(rows) @ A
     scaled = data | {"A": (A @ scale).tocsc(), "b": rows * data["b"], "c": columns * data["c"]}
@@ -134,14 +138,14 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
 
 
 def _largest(A: Any) -> np.ndarray:
-    """Return the size of the largest entry of each row."""
+    """Return the magnitude of the largest entry of each row of a matrix."""
     return np.asarray(abs(A).max(axis=1).toarray()).ravel()
 
 
 def _by_cones(factors: np.ndarray, cone_of_row: np.ndarray, equations: int) -> np.ndarray:
-    """Return admissible factors of the rows.
+    """Return row factors that leave the cones of a conic program unchanged.
 
-    All rows of a cone have its smallest factor. Equations are not scaled.
+    All rows of a cone get the smallest factor of the cone. Equations are not scaled.
     """
     factor_of_cone = np.full(cone_of_row[-1] + 1, np.inf)
     np.minimum.at(factor_of_cone, cone_of_row, factors)

@@ -12,7 +12,7 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """Return the engine of a language, and its models by formulation.
+    """Return the engine class of a language, and its models by formulation.
 
     Only the language that is used is imported, because an import takes a second.
     """
@@ -34,9 +34,10 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
 
 @dataclass(frozen=True)
 class LpAnswer:
-    """Outcome of a solve of eq. (9) or eq. (10), with the state at the optimum.
+    """Outcome of a solve of eq. (9) or eq. (10), and the state at the optimum.
 
-    The state is None if there is none. It is near the optimum if the outcome is nearly optimal.
+    The state is None if the solver found none. The state is near the optimum if the outcome is nearly
+    optimal.
     """
 
     solved: Solved
@@ -44,7 +45,7 @@ class LpAnswer:
 
 
 class Driver:
-    """A declared formulation, "static" or "kinematic", and the solver that solves it.
+    """Declared program, "static" or "kinematic", with the solver that solves it.
 
     The shear limits are at first those of the joints' own friction and cohesion. Limits and states are in the
     problem's units. The program itself is scaled: with ``of_load`` in units of the load, which is more
@@ -73,19 +74,19 @@ class Driver:
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
-        """Return this driver with the shear limits of another problem; see :class:`Kept`."""
+        """Prepare this driver for another problem that differs only in its shear limits, and return it."""
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))
         return self
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Set the shear limits of the model."""
+        """Set the shear limits of the declared program."""
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
     def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
-        """Solve with the present shear limits.
+        """Solve the program with its present shear limits.
 
         Parameters
         ----------
@@ -103,7 +104,7 @@ class Driver:
             return LpAnswer(solved, self._scaled.state(self.model.read()))
 
     def size(self) -> LpSize:
-        """Return the rows, columns and non-zeros of the program, which must have been solved before."""
+        """Return the numbers of rows, columns and nonzeros of the program, which must have been solved."""
         return self._engine.size
 
 
@@ -122,13 +123,13 @@ class Kept:
     """
 
     def __init__(self, keeps: bool = False) -> None:
-        self.keeps = keeps  #: True if programs serve other problems too
+        self.keeps = keeps  #: True if entries are reused for other problems
         self._entries: dict[Hashable, tuple[Problem | None, Any]] = {}
 
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """Return the entry of a key, built if there is none that fits the problem.
+        """Return the cached entry of a key; build it if the cache has none that fits the problem.
 
         An entry does not fit if its problem has other matrices, loads or strengths. With ``own`` True the
         entry is stored for this problem even if the cache serves no other problems.
@@ -144,6 +145,9 @@ class Kept:
     def driver(
         self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any
     ) -> Driver:
-        """Return the driver of a problem. Its key is the formulation, the solver and the options ``how``."""
+        """Return the cached driver of a problem.
+
+        The key is the formulation, the solver and the options ``how``.
+        """
         key = (formulation, solver.key, problem.forms, *how.items())
         return self.of(key, problem, effort, lambda: Driver(problem, formulation, solver, effort, **how))

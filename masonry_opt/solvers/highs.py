@@ -16,12 +16,12 @@ from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, i
 if TYPE_CHECKING:
     import cvxpy as cp
 
-_UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double precision.
+_UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or product in double precision.
 
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """Linear program min cost·x with row_lower ≤ A x ≤ row_upper and low ≤ x ≤ high."""
+    """Linear program: min cost·x with row_lower ≤ A x ≤ row_upper and low ≤ x ≤ high."""
 
     cost: np.ndarray  #: shape (columns,)
     matrix: sp.csc_array  #: A, shape (rows, columns)
@@ -29,14 +29,14 @@ class LinearProgram:
     row_upper: np.ndarray  #: upper bounds of the rows, shape (rows,)
     low: np.ndarray  #: lower bounds of the columns, shape (columns,)
     high: np.ndarray  #: upper bounds of the columns, shape (columns,)
-    #: Columns of each variable, in order, by the identity of the variable or by its name.
+    #: Column indices of each variable, keyed by the variable's name or ``id``.
     columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
-    #: Rows of each constraint in CVXPY, in order, by the identity of the constraint or by its name.
+    #: Row indices of each constraint declared in CVXPY, keyed by the constraint's name or ``id``.
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, program: "cp.Problem") -> "LinearProgram":
-        """Return the arrays of a program that is declared in CVXPY."""
+        """Return the linear program of a model declared in CVXPY, as arrays."""
         from cvxpy.constraints import Zero
 
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
@@ -48,7 +48,7 @@ class LinearProgram:
             np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
             for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
         )
-        # CVXPY puts equations before inequalities, each in the order of declaration.
+        # CVXPY places equations before inequalities, each group in the order of declaration.
         declared = sorted(program.constraints, key=lambda row: not isinstance(row, Zero))
         *ends, last = np.cumsum([row.size for row in declared])
         assert last == len(rhs)
@@ -68,7 +68,7 @@ class LinearProgram:
 
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
-        """Return the arrays of a program that is declared in Pyomo."""
+        """Return the linear program of a model declared in Pyomo, as arrays."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -92,12 +92,12 @@ class LinearProgram:
 
     @property
     def size(self) -> LpSize:
-        """Return the rows, columns and non-zeros."""
+        """Return the numbers of rows, columns and nonzeros."""
         rows, columns = self.matrix.shape
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return a rigorous lower bound of the cost from any multipliers of the rows, shape (rows,).
+        """Return a rigorous lower bound of the cost for any dual values of the rows, shape (rows,).
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``cost·x ≥ value − short·|x|`` for
         every x within rows and bounds. ``short`` is a bound of all rounding errors, plus the reduced cost of
@@ -128,7 +128,7 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program that stays loaded in HiGHS.
+    """Linear program that stays loaded in HiGHS between solves.
 
     The program is declared in CVXPY or a :class:`LinearProgram`. The solver is the simplex method by default;
     ``options`` are further options of HiGHS. After a change the simplex method starts from the last basis.
@@ -143,38 +143,39 @@ class HighsSession:
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self._highs = highspy.Highs()
         self._highs.silent()
-        # The simplex method may cycle without end. Runs that end take fewer iterations than rows and columns.
+        # Limit the iterations, because the simplex method may cycle. Runs that converge take fewer iterations
+        # than rows plus columns.
         limit = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
         for name, value in {**limit, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
         self._highs.passModel(_loaded(lp))
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
-        """Set the costs of a variable, in order."""
+        """Set the cost coefficients of a variable, in column order."""
         columns = self.columns(variable)
         self._highs.changeColsCost(len(columns), columns, np.asarray(costs, dtype=float))
 
     def set_most(self, variable: Any, most: np.ndarray) -> None:
-        """Set the upper bounds of a variable, in order."""
+        """Set the upper bounds of a variable, in column order."""
         columns = self.columns(variable)
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
     def set_bounds(self, variable: Any, low: float, high: float) -> None:
-        """Set the bounds of all columns of a variable."""
+        """Set equal bounds for all columns of a variable."""
         self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
 
     def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
-        """Set one lower bound for all the given columns, and their upper bounds in order."""
+        """Set a common lower bound and individual upper bounds for the given columns."""
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the lower bounds of the rows of a constraint to their upper bounds minus ``room``, in order."""
+        """Set the lower bounds of a constraint's rows to their upper bounds minus ``room``, in order."""
         rows = self.rows(constraint)
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
-        """Set the entries of a variable of one column in the rows of a constraint, in order.
+        """Set the entries of a one-column variable in the rows of a constraint, in order.
 
         The bounds of ``least`` and ``contradiction`` do not include these entries.
         """
@@ -183,17 +184,17 @@ class HighsSession:
             self._highs.changeCoeff(row, column, entry)
 
     def columns(self, variable: Any) -> np.ndarray:
-        """Return the columns of a variable, in order."""
+        """Return the column indices of a variable, in order."""
         return self.lp.columns[variable if isinstance(variable, str) else id(variable)]
 
     def rows(self, constraint: Any) -> np.ndarray:
-        """Return the rows of a constraint, in order."""
+        """Return the row indices of a constraint, in order."""
         return self.lp.rows[constraint if isinstance(constraint, str) else id(constraint)]
 
     def solve(self, seconds: float = inf) -> Verdict:
-        """Solve with the present costs and bounds, within a time limit in seconds.
+        """Solve with the present costs and bounds, within a time limit in seconds; retry from a cold start.
 
-        If HiGHS fails from a warm start, it is run once more from a cold start.
+        The retry takes place only if HiGHS fails from a warm start and time remains.
         """
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
@@ -207,10 +208,10 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Interrupt runs whose iteration count falls.
+        """Interrupt a run if its iteration count falls.
 
-        If a run of HiPO stalls, HiGHS starts again with its older interior-point method. If that fails too,
-        the multipliers of both are lost. An interruption preserves those of HiPO.
+        If a run of HiPO stalls, HiGHS starts again with its older interior-point method. If that method fails
+        too, the multipliers of both methods are lost. The interruption preserves the multipliers of HiPO.
         """
         furthest = 0
 
@@ -240,7 +241,7 @@ class HighsSession:
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
-        """Return the duals of a constraint at the last optimum: change of the optimum per unit of bound."""
+        """Return the duals of a constraint at the last optimum: change of the cost per unit of the bound."""
         return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
@@ -248,11 +249,11 @@ class HighsSession:
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Return a lower bound of the cost by the last multipliers; see :meth:`LinearProgram.least`."""
+        """Return a lower bound of the cost from the last duals; see :meth:`LinearProgram.least`."""
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Return the proof by a dual ray that the last program is infeasible.
+        """Return two bounds from a dual ray, which can prove that the last program is infeasible.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every x
         within rows and bounds. A value of 0 proves nothing.
@@ -263,8 +264,29 @@ class HighsSession:
             return 0.0, no_cost
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
+    def dual_ray(self) -> np.ndarray | None:
+        """Return row multipliers that refute the last program, shape (rows,); None if HiGHS has none.
+
+        A positive multiplier belongs to the lower bound of its row, a negative one to the upper bound.
+        """
+        _, exists, ray = self._highs.getDualRay()
+        return np.array(ray) if exists else None
+
+    def accept_rays_up_to(self, residual: float) -> None:
+        """Let HiGHS call a program infeasible although its dual ray leaves residuals up to a value.
+
+        HiGHS takes the value from ``small_matrix_value``, which it reads again when it checks a ray. With the
+        default of 1e-9, which the matrix needs, small programs end as "Unknown" although they are infeasible.
+        """
+        self._highs.setOptionValue("small_matrix_value", residual)
+
+    def set_upper_bound_of_row(self, constraint: Any, bound: float) -> None:
+        """Set the upper bound of the one row of a constraint."""
+        rows = self.rows(constraint)
+        self._highs.changeRowsBounds(1, rows, self.lp.row_lower[rows], np.array([bound]))
+
     def _present_program(self) -> LinearProgram:
-        """Return the program with the costs and bounds that it has in HiGHS now."""
+        """Return the linear program with the costs and bounds now set in HiGHS."""
         lp = self._highs.getLp()
         low, high, lower, upper = map(np.array, (lp.col_lower_, lp.col_upper_, lp.row_lower_, lp.row_upper_))
         cost = np.array(lp.col_cost_)
@@ -272,7 +294,7 @@ class HighsSession:
 
 
 def _loaded(program: LinearProgram) -> highspy.HighsLp:
-    """Return the program in the format of HiGHS."""
+    """Return a linear program in the format of HiGHS."""
     lp = highspy.HighsLp()
     lp.num_row_, lp.num_col_ = program.matrix.shape
     lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.low, program.high

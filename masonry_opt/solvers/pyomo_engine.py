@@ -18,7 +18,7 @@ _VERDICTS = {
 
 
 class PyomoEngine:
-    """A program declared in Pyomo, and a HiGHS instance that stays loaded with it.
+    """Program declared in Pyomo, with a HiGHS instance that keeps it loaded.
 
     The arguments are those of :class:`~.cvxpy_engine.CvxpyEngine`. The instance stays loaded whether or not
     the program ``repeats``.
@@ -35,26 +35,26 @@ class PyomoEngine:
             config = self._highs.config
             config.load_solutions = config.raise_exception_on_nonoptimal_result = False
             config.solver_options = solver.options
-            # Only parameters change between solves, so that the interface need not look for other changes.
+            # Only parameters change between solves, so the interface need not detect other changes.
             updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Count further solves in another effort. The next solve starts without a basis."""
+        """Add the time of later solves to another effort, and start the next solve without a basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         self._highs._solver_model.clearSolver()
 
     @property
     def size(self) -> LpSize:
-        """Return the size of the program in HiGHS."""
+        """Return the size of the program as loaded in HiGHS."""
         lp = self._highs._solver_model.getLp()
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve with the present parameters, from the last basis if there is one."""
+        """Solve with the present parameters, starting from the last basis if there is one."""
         effort = self.effort
         effort.lp_solves += 1
         highs = self._highs._solver_model
@@ -63,7 +63,7 @@ class PyomoEngine:
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
-        # The rest of the time goes into passing changed parameters.
+        # Count the remaining time, for passing changed parameters, as compilation.
         effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition

@@ -12,46 +12,47 @@ from masonry_opt.errors import OptionError
 #: Default feasibility and gap tolerance of every solver. Larger values cost digits of λ, smaller ones time.
 TOLERANCE = 1e-9
 
-#: The modelling languages, the default first.
+#: Modelling languages, with the default first.
 LANGUAGES = ("cvxpy", "pyomo")
 
-#: Name that stands for a language if a method solves the matrices without declaring a model.
+#: Value in place of a language for methods that solve the matrices without a declared model.
 MATRICES = "matrices"
 
 #: All values of the option ``model``.
 MODELS = (*LANGUAGES, MATRICES)
 
-#: A function from the tolerance to the options of a solver.
+#: Function that returns the options of a solver for a given tolerance.
 Options = Callable[[float], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """A solver as one modelling language drives it, or one that works on matrices.
+    """Entry of a solver for one modelling language, or of a solver that works on matrices.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
 
     name: str
     language: str  #: one of ``MODELS``
-    engine: str  #: its name in the language
-    options: Options | None  #: its options for a tolerance; None if it has fixed tolerances
-    brought_by: str = ""  #: module that has to be installed for it; empty if this package requires it
-    interior: bool = False  #: True if it ends inside the set of optimal states, not in a vertex
-    stops_early: bool = False  #: True if a rough tolerance saves time (HiGHS ends "unknown" at 1e-4)
-    decides: bool = True  #: True if its verdicts "infeasible" and "unbounded" can be trusted
-    conic: bool = False  #: True if it solves programs with second-order cones
-    nonlinear: bool = False  #: True if it is used only for nonlinear programs
+    engine: str  #: name of the solver in the modelling language
+    options: Options | None  #: solver options for a tolerance; None if the tolerances are fixed
+    brought_by: str = ""  #: optional module that the solver needs; empty if the package always installs it
+    #: True if the solver returns an interior point of the set of optimal states, not a vertex.
+    interior: bool = False
+    stops_early: bool = False  #: True if a larger tolerance saves time (HiGHS ends as "unknown" at 1e-4)
+    decides: bool = True  #: True if the verdicts "infeasible" and "unbounded" can be trusted
+    conic: bool = False  #: True if the solver supports second-order cones
+    nonlinear: bool = False  #: True if the solver is used for nonlinear programs only
 
     @property
     def linear(self) -> bool:
-        """Return True if it solves linear programs."""
+        """Return True if the solver solves linear programs."""
         return not self.nonlinear and self.language != MATRICES
 
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver with its options for a feasibility and gap tolerance."""
+    """Solver with its options for a feasibility and gap tolerance."""
 
     entry: SolverEntry
     options: dict[str, Any]
@@ -63,28 +64,27 @@ class Solver:
 
     @property
     def name(self) -> str:
-        """Return the name by which a user selects it."""
+        """Return the name by which a user selects the solver."""
         return self.entry.name
 
     @property
     def language(self) -> str:
-        """Return the modelling language that drives it, or "matrices"."""
+        """Return the modelling language of the solver, or "matrices"."""
         return self.entry.language
 
     @property
     def key(self) -> tuple[str, str, float]:
-        """Return language, name and tolerance."""
+        """Return the language, name and tolerance of the solver."""
         return self.language, self.name, self.tolerance
 
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
-    # Above some 100,000 joints Clarabel would choose the solver faer, which takes four times as long.
+    # Select qdldl: above about 100,000 joints Clarabel would choose faer, which takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        options["iterative_refinement_enable"] = (
-            False  # it takes a third of the time, for digits that are not needed
-        )
+        # Refinement takes a third of the time, for digits that are not needed at a tolerance of 1e-5 or more.
+        options["iterative_refinement_enable"] = False
     return options
 
 
@@ -98,14 +98,14 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # "ipx" is named because "ipm" selects HiPO if that is installed. Crossover would end in a vertex, and the
-    # loop needs the centre of the set of optimal states.
+    # Select "ipx", because "ipm" selects HiPO if HiPO is installed. Omit crossover, which would end in a
+    # vertex: the fixed-point iteration needs the centre of the set of optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
 def _first_order(**iteration_limit: int) -> Options:
-    # First-order solvers need many cheap iterations, more than the default limit of OSQP.
+    # First-order solvers need many cheap iterations, more than OSQP allows by default.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 
 
@@ -135,18 +135,18 @@ _ENTRIES = (
     SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )
 
-#: Solvers by language and name. The first one of a language is its default.
+#: Solvers by language and name. The first entry of a language is its default solver.
 SOLVERS: dict[tuple[str, str], SolverEntry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
 
 
 def names() -> list[str]:
-    """Return the names of all solvers, installed or not, and of further ones that CVXPY finds installed."""
+    """Return the names of all registered solvers, and of other solvers that CVXPY finds installed."""
     known = [name for _, name in SOLVERS]
     return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of a language's solvers with a capability, installed or not, its default first.
+    """Return the names of a language's solvers with a capability, installed or not; the default is first.
 
     ``has`` is a function that returns True for the entry of such a solver.
     """
@@ -154,7 +154,7 @@ def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...
 
 
 def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
-    """Return a solver of a language by its name, or the language's default solver.
+    """Return the solver with the given name for a language, or the language's default solver.
 
     In CVXPY any other installed solver is accepted too; it keeps its own default tolerances.
 
@@ -177,22 +177,22 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
             f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}{others}"
         )
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
-        raise OptionError(f"solver '{name}' is not installed: CasADi brings IPOPT: pip install '.[mpec]'")
+        raise OptionError(f"solver '{name}' needs CasADi, which contains IPOPT: pip install '.[mpec]'")
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return the solver with a tolerance that is not smaller than the given one."""
+    """Return the solver with the larger of its own tolerance and the given tolerance."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """Return the solver for a program that is declared in CVXPY alone, at the default tolerance.
+    """Return a suitable solver for a program declared only in CVXPY, at the default tolerance.
 
-    CVXPY's default solver replaces it in three cases: if CVXPY does not drive it, if its verdicts cannot be
-    trusted, and if the program has cones that it does not solve.
+    CVXPY's default solver replaces the given solver in three cases: if CVXPY does not support it, if its
+    verdicts cannot be trusted, and if it does not solve the cones of the program.
     """
     entry = SOLVERS.get(("cvxpy", solver.name))
     is_suitable = entry is not None and entry.decides and (entry.conic or not cones)
@@ -205,21 +205,22 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"  #: presolve may stop before it knows which
+    #: Verdict of a presolve that stops before it distinguishes infeasible from unbounded programs.
+    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
-    NEARLY = "nearly optimal"  #: a point that misses the solver's tolerance; a certificate must judge it
+    NEARLY = "nearly optimal"  #: a point that misses the solver's tolerance, to be judged by a certificate
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Outcome of one solve, the solver's own word for it, and the solver's own time in seconds."""
+    """Verdict of one solve, the solver's own status text, and the solver's time in seconds."""
 
     verdict: Verdict
     status: str
     seconds: float
 
     def readable(self, nearly: bool) -> bool:
-        """Return True if there is a solution to read.
+        """Return True if the solve has a solution to read.
 
         With ``nearly`` True a nearly optimal point counts as a solution.
         """
@@ -232,7 +233,10 @@ class Solved:
 
 
 def iterations_of(info: Any) -> int:
-    """Return the iterations of a run of HiGHS. HiGHS counts −1 for an algorithm that did not run."""
+    """Return the number of iterations of a HiGHS run.
+
+    HiGHS reports −1 for an algorithm that did not run.
+    """
     return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
 
 

@@ -5,15 +5,16 @@ import numpy as np
 from masonry_opt.answer.thresholds import DRIVES
 from masonry_opt.problem.problem import Problem
 
-DEAD_LOAD = "dead load"  #: Name of the solver's use for the check that a scene stands under its dead load.
+#: Name in a result's ``solvers`` for the check that a scene is stable under its dead load.
+DEAD_LOAD = "dead load"
 
 
 def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
     """Return True if joint forces q, shape (3c + t,), carry the dead load.
 
-    The sum of the forces out of balance, and the largest violation of yield, may be up to ``most``. By
-    default this is the least power that a mechanism needs to count as driven by the dead load: by duality,
-    the greatest power is the least sum of forces out of balance.
+    The sum of the unbalanced forces, and the largest violation of yield, may be up to ``most``. The default
+    is the least power of a mechanism that the dead load drives. By duality, the largest power of a mechanism
+    equals the smallest sum of unbalanced forces.
     """
     beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most

@@ -29,49 +29,54 @@ from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
-DIAGNOSIS = "diagnosis"  #: Name of the solver's use for the reasons why a scene falls.
+DIAGNOSIS = "diagnosis"  #: Name in a result's ``solvers`` for programs that explain why a scene is unstable.
 
-#: Largest number of programs that decide if a load drives a mechanism; with more the question is left open.
-#: Small random scenes take at most 5 programs, or 14 if no program of cones is solved.
+#: Largest number of programs that are solved to decide if a load drives a mechanism. If more are needed, the
+#: question remains undecided. Small random scenes need at most 5 programs, or 14 if no cone program is
+#: solved.
 _MOST_PROGRAMS = 40
 
-#: Number of joints up to which the simplex method is tried. At this size a program takes half a minute.
+#: Largest number of joints for which the simplex method is tried. For this number a program takes half a
+#: minute.
 _SIMPLEX_UP_TO = 2000
 
-#: Number of joints up to which the least stabilising factor on friction is computed.
+#: Largest number of joints for which the smallest stabilising factor on friction is computed.
 FACTOR_UP_TO = 2000
 
-#: Largest number of factors on friction that are tried.
+#: Largest number of friction factors that are tried in the search for the smallest stabilising one.
 _MOST_FACTORS = 12
 
-#: Relative difference at which the search for the factor ends, between the least stable and the greatest
-#: unstable factor.
+#: Relative difference of the smallest stable and the largest unstable friction factor at which the search
+#: ends.
 _NEAR = 1e-3
 
-#: Largest friction coefficient to which a factor leads. With larger ones solvers lose digits in these rows.
+#: Largest friction coefficient after multiplication by a factor. With larger coefficients solvers lose
+#: digits.
 _LARGEST_FRICTION = 100.0
 
-#: Cosine of the angle between a joint's normal and a block's dead load. Above it the joint bears the block.
+#: Cosine of the angle between a joint's normal and a block's dead load above which the joint supports the
+#: block.
 _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Error: neither forces that carry the dead load nor a mechanism that it drives were verified."""
+    """Error: verification failed both for forces that carry the dead load and for a falling mechanism."""
 
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Values of the reason: status of the last solver, and largest over least dead load of a block.
+        #: Values of the reason: status of the last solver, and ratio of the largest to the smallest dead load
+        #: of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
 
 @dataclass
 class _Standing:
-    """Compiled program of eq. (9) without live load."""
+    """Compiled program of eq. (9), the static formulation, without live load."""
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    forces: np.ndarray | None = None  #: the last forces that carried the dead load, shape (3c,)
+    forces: np.ndarray | None = None  #: last joint forces that carried the dead load, shape (3c,)
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
         """Return this program with the shear limits of another problem; see :class:`~.driver.Kept`."""
@@ -83,7 +88,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: Kept | None = None
 ) -> np.ndarray | None:
-    """Return block velocities with which blocks fall under dead load alone, shape (3b,); None if none fall.
+    """Return block velocities of a fall under dead load alone, shape (3b,); None if the scene is stable.
 
     The scene is stable if eq. (9) without live load has a state. Otherwise the mechanism is the bounded dual
     ray. Every analysis checks this first, since a largest λ may exist although λ = 0 is no equilibrium. A
@@ -95,12 +100,12 @@ def falling_mechanism(
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        """Return the program, declared anew."""
+        """Return a newly declared program."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
 
-    # Live loads do not matter here: problems with equal dead loads share one program.
+    # The check does not depend on live loads, so problems with equal dead loads share one compiled program.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
@@ -114,7 +119,7 @@ def falling_mechanism(
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
-    """Return True if the dead load drives a motion d, shape (3b,), and d is a mechanism of associative flow.
+    """Return True if the dead load drives d, shape (3b,), and d is a mechanism with associative flow.
 
     Power and departure from the flow rule are compared with limits above rounding.
     """
@@ -127,7 +132,7 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Return block velocities with which a scene begins to fall, shape (3b,).
+    """Return the block velocities with which an unstable scene begins to fall, shape (3b,).
 
     If the solver fails, the velocities ``falling`` are returned. They have the largest power, but may lift
     blocks off corners about which the blocks turn.
@@ -135,7 +140,8 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # Radii of gyration of boxes: about each axis by the two extents across it, in the plane about the third.
+    # Radii of gyration of the blocks' bounding boxes. About each axis, the two extents perpendicular to the
+    # axis count; in the plane the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -147,7 +153,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Return status and reason if eq. (9) or (10) has no optimum, for a scene that is stable.
+    """Return the status and the reason of a stable scene for which eq. (9) or (10) has no optimum.
 
     - LOCKED: the live load drives a mechanism of the joints' own flow rule, but none of associative flow.
     - UNLIMITED: the live load drives neither.
@@ -171,7 +177,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Return indices of the joints that keep the live load from causing collapse, most important first.
+    """Return indices of the joints that prevent collapse under the live load, most important first.
 
     - LOCKED: joints that slide in a mechanism of the joints' own flow rule, ordered by how far they cannot
       open as associative flow demands.
@@ -210,7 +216,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return forces, shape (3c,), that carry the live load alone; None if there are none.
+    """Return joint forces, shape (3c,), that carry the live load alone; None if no such forces exist.
 
     The slope of the shear limits has shape (k,).
     """
@@ -222,7 +228,7 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """Return a problem whose dead load is the live load, scaled to Σ|f| = 1.
+    """Return a problem without live load, whose dead load is the live load scaled to Σ|f| = 1.
 
     Shear is limited by a slope, shape (k,), without cohesion. Strength and finite force limits are zero.
     """
@@ -264,10 +270,11 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return senses of slip for the next program, with polygons on the other side of the circles.
+    """Return the slip directions of the polygons that replace friction circles in the next program.
 
-    The senses all round are the first ones. The directions of slip in a motion, shape (3b,), and the
-    directions opposite to the shears in forces, shape (3c,), are added.
+    Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
+    spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in
+    forces, shape (3c,), are added.
     """
     if senses is None:
         every, points = problem.layout.senses, np.arange(len(problem.sliding))
@@ -285,15 +292,15 @@ def _finer(
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Return the reasons that name what would hold an unstable scene.
+    """Return reasons that state whether larger friction or strength would stabilise an unstable scene.
 
-    - HANGS, if any of the falling blocks hangs.
-    - STRENGTH_WOULD_HOLD, if no friction holds the scene, but unlimited strength does.
-    - NO_FRICTION_HOLDS, if neither friction nor strength holds the scene.
-    - FRICTION_WOULD_HOLD, if larger friction holds the scene.
+    - HANGS, if a falling block is not supported from below.
+    - STRENGTH_WOULD_HOLD, if the scene is unstable with any friction, but stable with unlimited strength.
+    - NO_FRICTION_HOLDS, if the scene is unstable with any friction and with unlimited strength.
+    - FRICTION_WOULD_HOLD, if the scene is stable with larger friction.
 
-    The last three are left out if the solver cannot decide. A scene is held if eq. (9) without live load has
-    a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
+    The last three are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
+    load has a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
@@ -323,7 +330,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """Return the least stable and the greatest unstable factor on all friction coefficients.
+    """Return the smallest factor on all friction coefficients that is stable, and the largest unstable one.
 
     The first is None if no stable factor is found. Factors are squared until the scene is stable, and then
     bisected on a logarithmic scale.
@@ -353,9 +360,9 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given blocks of the problem that hang.
+    """Return the given movable blocks that are not supported from below, directly or through other blocks.
 
-    A block hangs if no chain of bearing joints connects it with a support. A joint bears a block if its
+    No chain of supporting joints connects these blocks with a support. A joint supports a block if its
     normal pushes against the block's dead load.
     """
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
@@ -366,8 +373,8 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # Edges of a graph: from each bearing block to the block that it bears, and from one more node, of number
-    # ``count``, to all supports. Blocks on supports that let them turn count as supports.
+    # The edges of the graph lead from each supporting block to the block on it, and from an extra node
+    # (number ``count``) to all supports. Blocks on supports that permit rotation count as supports.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)

@@ -36,35 +36,35 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.standing.diagnosis import locking_joints
 
-#: Number of joints up to which rays are looked for: forces that carry the live load alone.
+#: Largest number of joints for which rays (forces that carry the live load alone) are computed.
 _RAYS_UP_TO = 2000
 
-#: Number of joints up to which mechanisms are excluded by branch and cut.
+#: Largest number of joints for which branch and cut is tried.
 _CUTS_UP_TO = 100
 
-#: Number of programs times number of joints at which branch and cut is given up. Random scenes that jam
-#: take 5 to 400 programs, and some up to 3300.
+#: Product of the numbers of programs and joints at which branch and cut is given up. Random scenes in which
+#: joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
-_PURPOSE = "existence"  #: Name of this use of a solver in a result.
+_PURPOSE = "existence"  #: Name in a result's ``solvers`` for programs on the existence of a load factor.
 
-#: Rate above which a face moves, in a mechanism in which the live load does the work Σ|f_L|. It decides no
-#: proof: the cut that follows from it must have a residual of at most PROOF.
+#: Rate above which a face counts as moving if the live load does the work Σ|f_L|. The value affects no proof,
+#: because the residual of each cut is at most ``PROOF``.
 _MOVES = 1e-9
 
-#: Share of the largest multiplier above which a face belongs to a cut.
+#: Share of the largest Farkas multiplier above which a face belongs to a cut.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts that count in the choice of a face to branch on.
+#: Number of latest cuts that are counted to choose the next face for branching.
 _OF_LATE = 200
 
-#: Value of a choice for a face of which nothing is decided.
+#: State of a face in a choice of moving faces: not yet decided.
 _OPEN = -1
 
-#: Value of a choice for a face that does not move.
+#: State of a face in a choice of moving faces: the face does not move.
 _STILL = 0
 
-#: Value of a choice for a face that moves and is at yield.
+#: State of a face in a choice of moving faces: the face moves and is at yield.
 _MOVING = 1
 
 
@@ -76,16 +76,16 @@ class _Undecided(Exception):
 
 
 class Cuts:
-    """Cuts that exclude Coulomb states with λ ≥ 0, for a stable scene in units of its load.
+    """Branch and cut that excludes Coulomb states with λ ≥ 0, for a stable scene in units of its load.
 
     A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
-    Cuts are looked for with at most ``most_programs`` linear programs.
+    The search for cuts solves at most ``most_programs`` linear programs.
 
     Attributes
     ----------
     exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
     residual: largest residual of the conditions of a cut.
-    static: number of sets of faces that cannot come to yield together.
+    static: number of sets of faces that cannot all be at yield in one state.
     kinematic: number of sets of faces of which one moves in every mechanism that lets the live load do work.
     """
 
@@ -98,8 +98,8 @@ class Cuts:
             HighsSession(model.program, effort, _PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # Cuts as rows over the faces, by the value that one of their faces must have. There are at most as
-        # many cuts as programs.
+        # One matrix for each implied value: rows are cuts, and columns are faces. In every state, at least
+        # one face of a cut has the implied value. There are at most as many cuts as programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_STILL, _MOVING)}
         self._count = {_STILL: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -109,20 +109,20 @@ class Cuts:
         self.static, self.kinematic = self._count[_STILL], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
+        """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
         branch = self._branch(choice)
         while branch is not None:
-            # The face is at yield in the first branch, which few states of equilibrium allow.
+            # Try the branch with the face at yield first, because few states of equilibrium agree with it.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _STILL
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face to branch on; None if the choice is refuted.
+        """Return the face for the next branching; None if no Coulomb state has the chosen moving faces.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
-        move and come to yield together.
+        move and be at yield in one state.
         """
         while self._follows(choice):
             moving = choice == _MOVING
@@ -134,16 +134,16 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVES))
             if cut is None:
-                raise _Undecided  # The moving faces can come to yield together.
+                raise _Undecided  # the moving faces can be at yield in one state
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # Branching on the face that most of the latest cuts contain closes the tree soonest.
+                # The search ends soonest if it branches on the face that most of the latest cuts contain.
                 blame = self._rows[_STILL][max(self._count[_STILL] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Add to a choice the values that the cuts imply, and return False if it contradicts a cut."""
+        """Add the values that the cuts imply to a choice; return False if the choice contradicts a cut."""
         changed = True
         while changed:
             changed = False
@@ -159,7 +159,7 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates, shape (faces,), of a mechanism of few moving faces; None if there is none.
+        """Return the rates, shape (faces,), of a mechanism with few moving faces; None without a mechanism.
 
         Faces that move by the choice are preferred, and faces that do not move by the choice are at rest.
         """
@@ -169,10 +169,10 @@ class Cuts:
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
     def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
-        """Add a cut of faces that cannot come to yield together, and return the faces of the cut.
+        """Add a cut of faces that cannot all be at yield in one state, and return the faces of the cut.
 
-        The faces of the cut are among ``held``. None is returned if all of ``held`` can come to yield
-        together, or if the solver finds no optimum.
+        The faces of the cut are among ``held``. None is returned if all faces of ``held`` can be at yield in
+        one state, or if the solver finds no optimum.
         """
         model = self._no_forces
         self._statics.set_most(model.r, np.where(held, np.inf, 0.0))
@@ -184,7 +184,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Add a cut of faces of which at least one must move; its faces are among ``still``."""
+        """Add a cut of faces, all among ``still``, of which at least one moves in every mechanism."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
@@ -212,7 +212,7 @@ class Cuts:
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return the proof that a stable scene has no load factor, or the facts known about it.
+    """Return the certificate on the existence of a load factor of a stable scene; None if not tried.
 
     None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
     An associative load factor depends on statics alone.
@@ -227,8 +227,8 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    """Return the certificate for a problem in units of its load."""
-    # Dilatancy that falls with stress allows every mechanism of a smaller dilatancy.
+    """Return the certificate on the existence of a load factor, for a problem in units of its load."""
+    # If dilatancy falls with stress, mechanisms of every smaller dilatancy are possible.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
@@ -236,7 +236,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Statics are bounded: the method failed, and there is nothing to prove.
+        # Equilibrium and yield limit λ, so an associative load factor exists. The method failed, and there is
+        # nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -245,8 +246,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # Cuts consist of faces. In space these are sides of polygons inside the cones, so that cuts would prove
-    # nothing about the cones.
+    # In space the faces of cuts are sides of polygons inside the friction cones, so cuts prove nothing about
+    # the cones.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate
@@ -260,7 +261,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
 def _ray(
     problem: Problem, slope: np.ndarray, effort: Effort
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
-    """Return forces, shape (3c,), that carry the live load alone, and their residuals.
+    """Return joint forces, shape (3c,), that carry the live load alone, and their residuals.
 
     Shear is limited by a slope, shape (k,), without cohesion. None is returned if no forces are found, or if
     their residuals are too large for a proof.
@@ -278,7 +279,7 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """Return a solution without a load factor, with reasons for that.
+    """Return a solution without a load factor, extended by the reasons why no load factor was found.
 
     The reasons name the proof that no load factor exists, if there is one, and the joints that keep the live
     load from causing collapse. ``associative`` is True if the method's answer is that of associative flow.
@@ -288,7 +289,7 @@ def explained(
         if solution.associative is None or associative:
             certificate = existence(assembly.problem, effort, of_mechanism=not associative)
         else:
-            # An associative load factor exists, so statics are bounded.
+            # An associative load factor exists, so forces do not carry every multiple of the live load.
             certificate = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=certificate)
     if certificate and not associative:
@@ -304,10 +305,10 @@ def explained(
 
 
 def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
-    """Return a solution without its load factor, with the reason for that.
+    """Return a solution whose load factor is removed, with the reason for the removal.
 
     If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
-    Otherwise the scene is held by wedging alone.
+    Otherwise only wedging keeps the scene stable.
     """
     if rests:
         without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)
@@ -315,7 +316,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # The load history passed through loads that the scene carries before it ended below zero.
+        # The load history first reached load factors that the scene carries, so its reasons remain valid.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
@@ -323,7 +324,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 
 
 def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
-    """Return a solution whose status and reasons state the proof of a certificate."""
+    """Return a solution with the status and the reasons that follow from a certificate."""
     if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if certificate.existence is Existence.NO_STATE:

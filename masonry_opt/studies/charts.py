@@ -18,16 +18,17 @@ try:
 except ImportError:
     raise OptionError(NEEDED) from None
 
-# Other modules import Altair from this module, which raises the error if Altair is missing.
+# Other modules import Altair from this module, because the import here raises an OptionError if Altair is
+# missing.
 __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", "script"]
 
 _WIDTH = 620  #: Width of a chart on paper, in pixels.
 _PANEL = 230  #: Width and height of a panel on paper, in pixels.
 _COLUMNS = 4  #: Largest number of panels in a row.
-_PANELS = 24  #: Largest number of panels on paper; the notes give the number of all.
-_ENTRY = 300  #: Width of an entry of the legend, in pixels; it determines the number of columns.
+_PANELS = 24  #: Largest number of panels on paper; notes state the total number.
+_ENTRY = 300  #: Width of a legend entry in pixels, from which the number of columns follows.
 _LETTER = 6  #: Mean width of a letter of the notes, in pixels.
-_FONT = "DejaVu Sans"  #: Font of Matplotlib, with superscripts: pictures are equal on all machines.
+_FONT = "DejaVu Sans"  #: Font that comes with Matplotlib, so that pictures are equal on all machines.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
 _CONFIG: dict[str, Any] = {
@@ -43,17 +44,17 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 
 @dataclass(frozen=True)
 class NamedChart:
-    """Chart with the name of its files, a title and notes."""
+    """Altair chart with the name of its files, a title and notes."""
 
     name: str  #: name of the files, without ending
     title: str
     chart: Any  #: chart of Altair
     notes: str = ""
-    #: Column whose values have a panel each: next to each other on paper, one at a time on a page.
+    #: Column with one panel for each value. On paper the panels are side by side; a page shows one at a time.
     panels: str = ""
 
     def on_paper(self) -> Any:
-        """Return the Altair chart with title and notes."""
+        """Return the Altair chart with its title and notes, for PNG and SVG files."""
         chart, width, notes = self.chart, _WIDTH, self.notes
         if self.panels:
             values = self._panels()
@@ -79,32 +80,32 @@ class NamedChart:
         return specification(_configured(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
 
     def source(self) -> str:
-        """Return the picture as the address of an image in HTML."""
+        """Return the picture as a data URL for an image in HTML."""
         return image_source(vl_convert.vegalite_to_svg(specification(self.on_paper())), "svg")
 
     def _panels(self) -> list[str]:
-        """Return the values that have a panel each, in the order of the rows."""
+        """Return the distinct values of the column ``panels``, in the order of the rows."""
         return [*dict.fromkeys(self.chart.data[self.panels])]
 
 
 def _configured(chart: Any, columns: Any) -> Any:
-    """Return a chart with the style of the package, and a legend of some columns."""
+    """Return a chart in the style of the package, with the entries of its legend in columns."""
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
 
 
 def axis(title: str, least: float, greatest: float) -> dict[str, Any]:
-    """Return the scale and the axis of a channel, as keywords: ``alt.X(..., **axis(...))``."""
+    """Return the scale and the axis of a chart channel, as keyword arguments for ``alt.X(...)``."""
     scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
     return {"scale": scale, "axis": alt.Axis(title=title)}
 
 
 def legend(entries: object) -> dict[str, Any]:
-    """Return the legend of a channel, as keywords; a legend without entries is left out."""
+    """Return the legend of a chart channel, as keyword arguments; None hides an empty legend."""
     return {} if entries else {"legend": None}
 
 
 def specification(chart: Any) -> dict[str, Any]:
-    """Return the Vega-Lite specification of an Altair chart, with any number of rows."""
+    """Return the Vega-Lite specification of an Altair chart, without Altair's limit on rows of data."""
     with alt.data_transformers.enable("default", max_rows=None):
         return chart.to_dict()
 
@@ -120,7 +121,7 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
 
 
 def script() -> str:
-    """Return the JavaScript of Vega, Vega-Lite and Vega-Embed, for inclusion in a page."""
+    """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, which a page includes."""
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub lacks the default
 
 

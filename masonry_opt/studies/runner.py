@@ -31,48 +31,49 @@ REFUSED = "refused"  #: The task raised a MasonryError.
 CRASHED = "crashed"  #: The task raised another error.
 DIED = "died"  #: The process of the task ended.
 TIME_LIMIT = "time limit"  #: The task took too long.
-MEMORY_LIMIT = "memory limit"  #: The process of the task used too much memory.
+MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
 #: Ends of a task without a value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
 MOST_DEATHS = 3  #: Number of workers that a task may kill before the task is given up.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
-#: Tasks handed out per worker. Workers wait if there are too few; memory grows if there are too many.
+#: Number of tasks submitted per worker. With fewer tasks workers may wait; with more tasks memory grows.
 _TASKS_PER_WORKER = 3
-PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
-#: Environment of the processes; libraries read these variables when they are imported.
+PATIENCE = 10  #: Time in seconds within which a Dask scheduler must answer.
+#: Environment variables of the processes, which libraries read when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: Modules that the server imports before it forks, so that no process has to import them.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes; Windows has no fork server.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
-_STARTING = threading.Lock()  #: Held while a process starts: several threads may start processes.
+#: Lock that is held while a process starts, because several threads may start processes.
+_STARTING = threading.Lock()
 
 
 @dataclass(frozen=True)
 class TaskEnd:
-    """End of a task, with its value if it finished."""
+    """Outcome of a task: how it ended, and its value if it finished."""
 
-    how: str  #: FINISHED, REFUSED, CRASHED, DIED, TIME_LIMIT or MEMORY_LIMIT
-    reason: str = ""  #: reason of an end without a value, as text
+    how: str  #: kind of outcome: FINISHED, REFUSED, CRASHED, DIED, TIME_LIMIT or MEMORY_LIMIT
+    reason: str = ""  #: reason why the task has no value, as text
     value: Any = None  #: value that the task returned
     seconds: float = 0.0  #: duration of the task
-    peak: float = 0.0  #: largest resident memory of its process so far, in MB (10⁶ bytes)
+    peak: float = 0.0  #: largest resident memory of the task's process so far, in MB (10⁶ bytes)
 
     @property
     def found(self) -> Any:
-        """Value of the task. Raises RuntimeError if it crashed, MasonryError if it has no value otherwise."""
+        """Value of the task. Raises RuntimeError if the task crashed, or MasonryError if it has no value."""
         if self.how != FINISHED:
             kind = RuntimeError if self.how == CRASHED else MasonryError
             raise kind(f"{self.how}: {self.reason}")
         return self.value
 
 
-Task = Callable[[], Any]  #: Function without arguments that can be pickled, such as a functools.partial.
+Task = Callable[[], Any]  #: Picklable function without arguments, such as a functools.partial.
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Context manager of worker processes that run tasks; the processes end with the context.
+    """Worker processes that run tasks, as a context manager that ends the processes.
 
     Raises OptionError if ``count`` is wrong, if both parameters are given, or if the Dask scheduler cannot be
     reached.
@@ -85,7 +86,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
     def __init__(self, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
-            raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
+            raise OptionError("give 'workers' or 'dask', not both: a Dask cluster has its own workers")
         count = _cores() if count is None else whole("workers", count, 1)
         self._engine = Processes(count) if dask is None else _Cluster(dask)
 
@@ -93,7 +94,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         self._engine.close()
 
     def map(self, tasks: Iterable[tuple[Any, Task]]) -> Iterator[tuple[Any, TaskEnd]]:
-        """Run named tasks, and yield the name and the end of each task in the order in which they end.
+        """Run named tasks, and yield the name and the outcome of each task as soon as it ends.
 
         Tasks are taken from the iterable as workers become free. An error that the iterable raises is raised
         here after all earlier tasks have ended. A task whose worker died is repeated, and runs at most
@@ -126,14 +127,14 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return an argument as an int. Raises OptionError, with its name, if it is no integer or too small."""
+    """Return an argument as an int. Raises OptionError if it is not an integer, or is too small."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
 
 
 def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
-    """Run a task in a new process with one thread, and return its end.
+    """Run a task in a new process with one thread, and return its outcome.
 
     The process is killed if it takes longer than ``time_limit`` seconds, or if its resident memory exceeds
     ``memory_limit`` MB.
@@ -151,10 +152,10 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
 
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
-    """Process that runs libraries on one thread and does not import the main program."""
+    """Process in which libraries use one thread, and which does not import the main program."""
 
     def start(self) -> None:
-        """Start the process. The file of the main program is hidden from it, but not the program's names."""
+        """Start the process, and hide the file of the main program so that it is not imported."""
         hidden = ModuleType("__main__")
         with _STARTING:
             vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
@@ -164,7 +165,7 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depen
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """Context of multiprocessing whose processes do not import the main program.
+    """Multiprocessing context whose processes do not import the main program.
 
     A script without a main guard would start its study again in every process that imports it.
     """
@@ -174,7 +175,7 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
         self.processes: list[Any] = []  #: all processes made so far
 
     def Process(self, **keys: Any) -> _Process:
-        """Return a new process that is not started yet."""
+        """Return a new process, which is not started yet."""
         self.processes.append(_Process(**keys))
         return self.processes[-1]
 
@@ -216,7 +217,7 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Let a new process end at SIGTERM and write nothing. Pebble makes it ignore Ctrl-C."""
+    """Make a new process end at SIGTERM and discard its output. Pebble makes it ignore Ctrl-C."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
@@ -237,7 +238,7 @@ def _cores() -> int:
 
 
 class Processes:
-    """Processes of this machine in a pool of the library Pebble."""
+    """Pool of local worker processes, by the library Pebble."""
 
     def __init__(self, count: int) -> None:
         self.context, self.room = Context(), _TASKS_PER_WORKER * count
@@ -245,7 +246,7 @@ class Processes:
         self._pool: Any = self._open()
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
-        """Hand a task to the pool; its process is killed after ``time_limit`` seconds."""
+        """Submit a task to the pool. Its process is killed after ``time_limit`` seconds."""
         if not self._pool.active:  # the pool breaks if one of its idle processes dies
             self.close()
             self._pool = self._open()
@@ -272,18 +273,18 @@ class _Cluster:
         self._address, self._executor = address, self._client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future[TaskEnd]:
-        """Hand a task to the cluster. Raises OptionError if no worker appears within ``PATIENCE`` seconds."""
+        """Submit a task to the cluster. Raises OptionError if the cluster has no worker for a long time."""
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             at = self._address
             none = f"the Dask scheduler at '{at}' has no worker: start one with 'dask worker {at}'"
-            raise OptionError(f"{none}; runs already made are kept where 'out' is given") from None
+            raise OptionError(f"{none}; finished runs are kept if 'out' is given") from None
         return self._executor.submit(_run, task)
 
     @property
     def room(self) -> int:
-        """Number of tasks that may be handed out at a time."""
+        """Largest number of tasks that may be submitted and unfinished at a time."""
         return _TASKS_PER_WORKER * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:
@@ -292,7 +293,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the end that a worker sent, or the reason why it sent none."""
+    """Return the outcome that a worker sent, or an outcome with the reason why nothing was sent."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()
@@ -306,7 +307,7 @@ def _end_of(future: Future[TaskEnd]) -> TaskEnd:
 
 
 def _run(task: Task) -> TaskEnd:
-    """Run a task in a worker, and return its end."""
+    """Run a task in a worker process, and return its outcome."""
     began = time.perf_counter()
     try:
         end = TaskEnd(FINISHED, value=task())
@@ -321,7 +322,7 @@ def _run(task: Task) -> TaskEnd:
 
 def _peak() -> float:
     """Return the largest resident memory of this process in MB; 0 if the system does not report it."""
-    # A forked process inherits ru_maxrss of its parent, so it is read from /proc instead.
+    # A forked process inherits ru_maxrss from its parent, so the peak is read from /proc instead.
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3

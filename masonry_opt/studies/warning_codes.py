@@ -7,25 +7,29 @@ from masonry_opt.files import plain
 
 
 class StudyCode(StrEnum):
-    """Code of a warning about a study; the comment of each lists the values of its record."""
+    """Code of a warning about a study. The comment on a code lists the values of the warning's record."""
 
-    #: ``path``; ``line``: number of the damaged line, from 1.
+    #: Values: ``path`` of the journal; ``line``, the number of the damaged line, from 1.
     DAMAGED_JOURNAL = "damaged journal"
-    #: ``status``; ``count`` of runs; ``message``: reason why the first of these runs has no answer.
+    #: Values: ``status`` of the runs; ``count``, the number of runs; ``message``, the reason of the first
+    #: run.
     RUNS_LEFT_OUT = "runs left out"
-    #: ``status``; ``count`` of runs; ``message``: reason why the first of these runs has no answer.
+    #: Values: ``status`` of the runs; ``count``, the number of runs; ``message``, the reason of the first
+    #: run.
     RUNS_UNDECIDED = "runs undecided"
-    #: ``parameter``. Of a sweep also two ``values`` and two ``load_factors``, those at the largest fall, and
-    #: ``fixed``, the other numbers at the fall. Of a sample also ``rank_correlation``.
+    #: Values: ``parameter``, the name of the number. For a sweep also the two ``values`` and ``load_factors``
+    #: at the largest decrease of λ, and ``fixed``, the values of the other numbers. For a sample also
+    #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: ``values``: those at which the scene holds beyond the threshold.
+    #: Values: ``values``, the values beyond the threshold at which the scene also holds.
     SEVERAL_THRESHOLDS = "several thresholds"
-    #: ``load_factor`` and ``bound`` of a crossing, which contradict each other.
+    #: Values: ``load_factor`` of a crossing, and ``bound``, its larger lower bound, which is a contradiction.
     BELOW_BOUND = "below bound"
-    #: ``end``: "least" or "greatest"; ``reaction`` of the answer; ``incremental``: reaction at the end of the
-    #: load history.
+    #: Values: ``end``, "least" or "greatest"; ``reaction`` of the answer; ``incremental``, the reaction at
+    #: the end of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    #: ``end``: "least" or "greatest"; ``reaction`` of the exact state; ``at_rest``: reaction at rest.
+    #: Values: ``end``, "least" or "greatest"; ``reaction`` of the exact state; ``at_rest``, the reaction at
+    #: rest.
     STATE_ACROSS_REST = "state across rest"
 
 

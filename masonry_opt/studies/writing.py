@@ -30,7 +30,7 @@ from masonry_opt.files import WRITER, write_whole, writing
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.names import labelled, some, warning_lines
 
-#: Message if a library for charts or pages is missing.
+#: Message of the error if a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
@@ -40,7 +40,7 @@ _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy nump
 
 
 class Journal:
-    """File with the finished runs of one study, in the folder of the study.
+    """File that records the finished runs of a study, in the folder of the study.
 
     The first line, the head, has a hash of each input that determines the rows. Every other line is a run.
     An incomplete last line is removed when the file is opened. Another damaged line stays in the file, and
@@ -51,14 +51,14 @@ class Journal:
 
     def __init__(self, folder: Path, head: Mapping[str, str]) -> None:
         self.path = folder / JOURNAL
-        #: Folders that did not exist before the journal, innermost first.
+        #: Folders that are created for the journal, innermost first.
         self._folders_made = [path for path in (folder, *folder.parents) if not path.exists()]
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
             complete = data[: data.rfind(b"\n") + 1]
             if data and not complete:  # the first line of a journal is always complete
-                raise OptionError(f"{self.path}: is no journal of runs: choose another folder")
+                raise OptionError(f"{self.path}: is not a journal of runs: choose another folder")
             complete = complete or _line(head)
             if complete != data:
                 write_whole(self.path, complete)
@@ -72,33 +72,36 @@ class Journal:
             try:
                 self._keep(json.loads(line))
             except (ValueError, KeyError, TypeError):
-                remedy = "its run is repeated; delete the line to stop this warning"
+                remedy = "the run of this line is repeated; delete the line to stop this warning"
                 sentence = f"{self.path}: line {number} is damaged: {remedy}"
                 where = {"path": str(self.path), "line": number}
                 self.warnings.append(study_warning(StudyCode.DAMAGED_JOURNAL, sentence, **where))
 
     def _refuse_others(self, first: bytes, head: Mapping[str, str]) -> None:
-        """Raise OptionError if the first line is no head, or the head of other runs."""
+        """Raise OptionError if the first line of a journal does not describe the runs of this study."""
         try:
             recorded = json.loads(first)
             changed = [name for name in head if recorded.get(name) != head[name]]
         except (ValueError, AttributeError):
-            raise OptionError(f"{self.path}: is no journal of runs: choose another folder") from None
+            raise OptionError(f"{self.path}: is not a journal of runs: choose another folder") from None
         if changed:
             others, anew = f"runs with other {', '.join(changed)}", f"remove {self.path} to begin anew"
-            raise OptionError(f"{self.path.parent}: holds {others}: choose another folder, or {anew}")
+            raise OptionError(f"{self.path.parent}: has {others}: choose another folder, or {anew}")
 
     def _keep(self, line: Mapping[str, Any]) -> None:
-        """Remember the run of a line. Raises KeyError or TypeError if the line is damaged."""
+        """Store the run that a line of the journal describes.
+
+        Raises KeyError or TypeError if the line is damaged.
+        """
         self._rows[str(line["key"])] = {**line["row"]}
 
     def find(self, key: str) -> dict[str, Any] | None:
-        """Return the row of a run by its key; None if the journal does not have the run."""
+        """Return the row of a run by its key; None if the run is not in the journal."""
         return self._rows.get(key)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
-        """Append a row; it is on disk when the method returns."""
-        kept = "; the runs before are kept, and the same command goes on from there"
+        """Append the row of a run, and return when the row is on disk."""
+        kept = "; earlier runs are kept, and the same command continues from there"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
@@ -106,12 +109,12 @@ class Journal:
         self._rows[key] = dict(row)
 
     def discard(self) -> None:
-        """Remove the rows that were added by this object.
+        """Remove the rows that this object added to the journal file.
 
         A journal that did not exist before is removed, together with the folders that were made for it.
         """
         self._rows = {}
-        with suppress(OSError):  # a folder that another program uses is not empty, and stays
+        with suppress(OSError):  # a folder with files of other programs is not empty, and is not removed
             if self._length_before:
                 os.truncate(self.path, self._length_before)
                 return
@@ -121,7 +124,7 @@ class Journal:
 
 
 def digest(content: object) -> str:
-    """Return a short hash of an object, by its ``repr``."""
+    """Return a short hash of the ``repr`` of an object."""
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
@@ -131,7 +134,7 @@ def _line(content: Mapping[str, Any]) -> bytes:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that influence answers, "not installed" if none."""
+    """Return the versions of Python and of the packages that influence answers, or "not installed"."""
     versions_by_name = {"python": platform.python_version()}
     for name in _PACKAGES.split():
         try:
@@ -158,19 +161,19 @@ def machine() -> dict[str, str]:
 
 
 class StudyAnswer(ABC):
-    """Base class of the answers of studies: printed, shown in a notebook, drawn, or written as JSON."""
+    """Base class of the answers of studies, for terminal, notebook, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
+        """Return the printed lines of the answer as text by label."""
         return {}
 
     @abstractmethod
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain numbers, strings, lists and dictionaries; None if not finite."""
+        """Return the answer as plain values, with None for numbers that are not finite."""
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings in the form of JSON output: ``sentence``, ``code`` and the values of the code.
+        """Warnings as records for JSON, with ``sentence``, ``code`` and the values of the code.
 
         A warning names an input that looks unintended, or a reason to doubt the answer.
         """
@@ -178,34 +181,34 @@ class StudyAnswer(ABC):
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings as sentences, each once."""
+        """Warnings as sentences, without repetitions."""
         return tuple(dict.fromkeys(record["sentence"] for record in self.warning_records))
 
     @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows."""
+        """Table of the answer that a notebook shows."""
 
     def plot(self) -> Any:
         """Return a picture of the answer. Raises OptionError if the study has no picture."""
         raise OptionError("there is nothing to draw")
 
     def __str__(self) -> str:
-        return self._said()
+        return self._text()
 
-    def _said(self) -> str:
-        """Return the facts and the warnings as printed text, without tables."""
+    def _text(self) -> str:
+        """Return the printed text of the answer: labelled lines and warnings, without tables."""
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def _repr_html_(self) -> str:
-        """Return the HTML of a notebook: facts, a table and a picture."""
+        """Return the HTML of the answer for a notebook: text, a table and a picture."""
         source = ""
-        with suppress(OptionError):  # the study has no picture, or a library for charts is missing
+        with suppress(OptionError):  # raised if there is no picture, or a library is missing
             source = self._source()
-        return notebook_html(self._said(), self.told, source)
+        return notebook_html(self._text(), self.told, source)
 
     def _source(self) -> str:
-        """Return the picture as the address of an image in HTML."""
+        """Return the picture as a data URL for an image in HTML."""
         return str(self.plot().source())
 
     def to_json(self) -> str:
@@ -214,7 +217,7 @@ class StudyAnswer(ABC):
 
 
 def records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a frame for JSON; missing and infinite values are None."""
+    """Return the rows of a frame as dictionaries for JSON, with None for missing and infinite values."""
     known = frame.replace([math.inf, -math.inf], math.nan).astype(object)
     return known.where(known.notna(), None).to_dict("records")
 
@@ -232,7 +235,7 @@ def chart_files(names: Iterable[str]) -> list[str]:
 def in_words(
     frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Return columns of a frame as text; a missing value is a dash.
+    """Return columns of a frame as text, with a dash for missing values.
 
     Parameters
     ----------
@@ -259,7 +262,7 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Return a table for the template of a page; ``numbers`` names the columns that are right-aligned."""
+    """Return a table for the template of a page. ``numbers`` are the names of right-aligned columns."""
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 
@@ -269,7 +272,7 @@ def frame_table(
     columns: Iterable[str] | None = None,
     **headings: str,
 ) -> dict[str, Any]:
-    """Return columns of a frame as a table for the template of a page; see :func:`in_words`.
+    """Return columns of a frame as a table for the template of a page.
 
     The headings of columns are given by keyword. By default they are the names of the columns, and λ for
     "load_factor".
@@ -280,7 +283,7 @@ def frame_table(
 
 
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
-    """Return the HTML of a notebook: text, the first rows of a table, and a picture by its address."""
+    """Return HTML for a notebook: text, the first rows of a table, and a picture by its URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
     more = f"<div>and {len(frame) - _SHOWN_ROWS} more rows</div>\n" if len(frame) > _SHOWN_ROWS else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
@@ -288,7 +291,7 @@ def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
 
 
 def render(template: str, **values: object) -> str:
-    """Return a page from a template in ``templates/`` and the escaped values of its variables.
+    """Return a page, made from a template in ``templates/`` and the values of its variables.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.
     """

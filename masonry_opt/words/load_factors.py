@@ -13,13 +13,13 @@ from masonry_opt.errors import counted
 from masonry_opt.words.sentences import by_sides, message, numeral, sentences
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
-LEAST = "least, proven"  #: Name of the load factor of an exact state, if no state is lower.
+LEAST = "least, proven"  #: Name of the load factor of an exact state, if no lower state exists.
 #: Name of the load factor of a state that is not exact, or that lies above the end of the load history.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
-#: Codes of reasons of method "global" that compare the lowest state with the lower bound of all states.
+#: Codes of reasons of method "global" that compare the lowest state found with a lower bound of all states.
 _BOUNDS = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
@@ -31,16 +31,16 @@ _ENDS = {
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
 _LOST = "equilibrium is lost as the live load is raised from rest"
-#: Remark that follows if the method is "incremental".
+#: Remark on possible lower states, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
-#: Remark that follows if another method has no exact state and answers with the load history.
+#: Remark on possible lower states, for other methods that found no exact state and report the load history.
 _NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
 
-#: Meaning of the load factors with each name, which studies of many results print below their numbers.
+#: Meaning of each name of load factors, which sweeps and samples print below their results.
 _MEANINGS = {
     LOWEST: "exact collapse states, not proven least",
     LEAST: "exact collapse states; proven: no state is lower",
-    FOUND: "states that are not exact, or lie above the end of the load history; not proven least",
+    FOUND: "states that are not exact, or have a larger λ than the end of the load history; not proven least",
     INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
@@ -48,12 +48,12 @@ _MEANINGS = {
 #: Remark on a load factor if equilibrium alone fixes all forces (see :mod:`masonry_opt.answer.only_state`).
 _ONLY = "equilibrium alone fixes all forces, so no other λ above zero is possible"
 
-_NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
+_NAME_WIDTH = 15  #: Width of the column of names in characters; the longest name has 13 letters.
 
 
 @dataclass(frozen=True)
 class LoadFactorLine:
-    """A row of the table of load factors."""
+    """Row of the table of load factors."""
 
     name: str
     load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
@@ -61,9 +61,9 @@ class LoadFactorLine:
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
-    """Return the known load factors, the method's own first.
+    """Return the rows of the table of load factors, beginning with the method's own load factor.
 
-    There are none for a scene that is unstable under dead load.
+    A scene that is unstable under dead load has no rows.
     """
     if result.status is Status.UNSTABLE:
         return ()
@@ -83,7 +83,7 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
 
 
 def why_not_incremental(result: Outcome) -> str:
-    """Return why there is no incremental load factor, as a sentence.
+    """Return the reason why the incremental load factor does not exist, as a sentence.
 
     The text is empty if there is one, or if the reasons of the result include those of the load history.
     """
@@ -109,7 +109,7 @@ def load_factor_table(result: Outcome) -> str:
 
 
 def value_text(result: Outcome, line: LoadFactorLine) -> str:
-    """Return a load factor in six digits, with the tilt of the ground if the ground is tilted.
+    """Return a load factor in six digits, with the angle in degrees if the ground is tilted.
 
     If the load factor does not exist, the text is "none".
     """
@@ -122,7 +122,7 @@ def value_text(result: Outcome, line: LoadFactorLine) -> str:
 
 
 def factor_text(load_factor: float) -> str:
-    """Return a load factor in six digits; values that are zero but for rounding are written as 0."""
+    """Return a load factor in six digits as text; a value of the size of rounding errors becomes "0"."""
     return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
 
 
@@ -138,14 +138,14 @@ def own_name(result: Outcome) -> str:
 
 
 def named_factor(result: Outcome) -> str:
-    """Return the method's own load factor with its name, or the status if there is none."""
+    """Return the method's own load factor with its name as text, or the status if λ does not exist."""
     if result.load_factor is None:
         return str(result.status)
     return f"λ = {factor_text(result.load_factor)} ({own_name(result)})"
 
 
 def meaning(names: Iterable[str]) -> str:
-    """Return the different names of the load factors of many results, each with its meaning in brackets."""
+    """Return the different names among given names of load factors, each with its meaning in brackets."""
     return "; ".join(f"{name} ({_MEANINGS[name]})" for name in dict.fromkeys(names))
 
 
@@ -155,7 +155,7 @@ def certainty(result: Outcome) -> str:
 
 
 def known_least(result: Outcome) -> str:
-    """Return the proof that no state has a lower load factor than the answer, in words.
+    """Return a sentence that proves that no state has a lower load factor than the answer.
 
     The text is empty if there is no such proof.
     """
@@ -173,14 +173,14 @@ def known_least(result: Outcome) -> str:
 
 
 def friction_law(result: Outcome) -> str:
-    """Return the friction law in space as words, such as "by the cone" or "unlimited"."""
+    """Return a phrase on the friction law in space, such as "by the cone" or "unlimited"."""
     if "polygon" in result.friction_law:
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 
 
 def _heading(result: Outcome) -> str:
-    """Return the heading of the table, with the direction in which the ground is tilted, if it is."""
+    """Return the heading of the table of load factors, with the direction of a tilted ground."""
     heading = "load factor λ" if result.load_factor is not None else "other load factors λ"
     tilt = result.assembly.scene.tilt
     if tilt is None:
@@ -204,7 +204,7 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return the remark on an associative load factor, about joints that slide without opening."""
+    """Return the remark on an associative load factor: an upper bound, which may also be exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
@@ -222,7 +222,7 @@ def _incremental_line(result: Outcome) -> LoadFactorLine:
 
 
 def _incremental_remark(result: Outcome) -> str:
-    """Return how the load history ended, and the load factor that remains once the blocks move."""
+    """Return text on how the load history ended, and on the load that moving blocks still carry."""
     state = result.solution.at_incremental
     assert state is not None
     remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
@@ -231,8 +231,8 @@ def _incremental_remark(result: Outcome) -> str:
         remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"
     if state.peak is None:
         return remark
-    remaining = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"
-    return f"{remark}; {remaining} is left once the blocks move"
+    remaining = "no live load" if result.end is None else f"only λ = {factor_text(result.end)}"
+    return f"{remark}; {remaining} is carried once the blocks move"
 
 
 def _coulomb_remark(result: Outcome) -> str:
@@ -241,12 +241,12 @@ def _coulomb_remark(result: Outcome) -> str:
 
 
 def state_found(result: Outcome) -> str:
-    """Return the exactness of the collapse state, and the number of starts of the search, in words."""
+    """Return text on the exactness of the collapse state, and on the starts of the search."""
     return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
-    """Return the exactness of the collapse state in words.
+    """Return text on the exactness of the collapse state.
 
     For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
     friction.
@@ -258,22 +258,25 @@ def _state(result: Outcome) -> str:
     if not above and "polygon" in result.friction_law:
         return f"collapse state with friction {friction_law(result)}"
     named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
-    return f"collapse state, exact but for its residuals{f' ({named})' if named else ''}"
+    return f"collapse state, but its residuals are too large to be exact{f' ({named})' if named else ''}"
 
 
 def _starts(result: Outcome) -> str:
-    """Return the number of starts and of different exact states, to follow a phrase; "" if not known."""
+    """Return the number of starts and of different exact states as text; "" if unknown.
+
+    The text continues a phrase and begins with a comma.
+    """
     solution = result.solution
     if solution.starts is None:
         return ""
     starts = counted(solution.starts, "start")
     if solution.exact_states is None or solution.exact_states < 2:
         return f", from {starts}"
-    return f", the lowest of {solution.exact_states} different ones from {starts}"
+    return f", the lowest of {solution.exact_states} different exact states from {starts}"
 
 
 def _lower_states(result: Outcome) -> list[str]:
-    """Return phrases on states below the answer: bounds, searches that were made, and lower states."""
+    """Return phrases on states below the answer: bounds, searches, and known lower states."""
     phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
     if result.solution.is_only_state:
         phrases = [_ONLY]
@@ -293,7 +296,7 @@ def _not_proven(result: Outcome) -> str:
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return a remark on the search for some states, or advice to search, as the end of a phrase.
+    """Return the end of a phrase: a remark on the search for lower states, or advice to search.
 
     ``states`` names the states in the remark, such as "lower ones".
     """

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-_MOST_NAMED = 5  #: Largest number of items of a list that are named; the others are counted.
-_LABEL_WIDTH = 16  #: Columns of the labels at the beginning of lines.
-WARNING = "warning: "  #: Beginning of each line that states a warning.
+_MOST_NAMED = 5  #: Largest number of names that a text lists; the remaining names are only counted.
+_LABEL_WIDTH = 16  #: Width of the labels at the beginning of lines, in characters.
+WARNING = "warning: "  #: Prefix of each line that states a warning.
 
 
 def labelled(lines: Mapping[str, object]) -> str:
-    """Return a line of text for each label; labels without text are left out.
+    """Return lines of a label and its text each; labels without text are omitted.
 
     If the text of a label has several lines, they begin in the same column.
     """
@@ -19,7 +19,7 @@ def labelled(lines: Mapping[str, object]) -> str:
 
 
 def warning_lines(sentences: Iterable[str]) -> list[str]:
-    """Return warnings as the lines that every command prints, each sentence once."""
+    """Return warnings as lines with the prefix "warning: ", without repetitions."""
     return [f"{WARNING}{sentence}" for sentence in dict.fromkeys(sentences)]
 
 
@@ -29,17 +29,17 @@ def blocks(names: list[str]) -> str:
 
 
 def some(names: list[str]) -> str:
-    """Return the first five names, and the number of the others, as text."""
+    """Return a text with the first five names and the number of the other names."""
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(names[:_MOST_NAMED]) + more
 
 
-def pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
-    """Return the pairs of blocks in the values of a reason, such as "'A'–'B', 'B'–'C'".
+def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:
+    """Return the pairs of blocks in the values of a reason as text, such as "'A'–'B', 'B'–'C'".
 
-    ``told`` has a remark on each pair, which follows the pair in brackets; by default there are no remarks.
+    ``remarks`` has a remark on each pair, which follows in brackets; by default there are none.
     """
-    brackets = [f" ({remark})" for remark in told] or [""] * len(v["pairs"])
+    brackets = [f" ({remark})" for remark in remarks] or [""] * len(v["pairs"])
     return some([f"{a!r}–{b!r}{bracket}" for (a, b), bracket in zip(v["pairs"], brackets, strict=True)])
 
 
@@ -50,5 +50,5 @@ def verb(number: int, word: str) -> str:
 
 
 def do(v: dict[str, Any], word: str) -> str:
-    """Return the blocks in the values of a reason with a verb, such as "block 'A' hangs"."""
+    """Return a clause of the blocks in the values of a reason and a verb, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

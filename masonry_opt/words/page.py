@@ -10,17 +10,17 @@ from masonry_opt.words.names import pairs, verb
 from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
 
-#: Meaning of each residual of the certificate, in the words of the page.
+#: Explanation of each residual of the certificate, as printed on a page.
 RESIDUALS = {
-    "equilibrium": "forces out of balance, over the dead load",
-    "yield": "force beyond friction, compression or rocking, in block weights",
-    "flow": "motion beside the flow rule, over the largest velocity",
-    "complementarity": "energy of what moves without being at yield, in units of λ",
+    "equilibrium": "out-of-balance forces, relative to the dead load",
+    "yield": "excess over a yield condition (friction, compression, rocking), in block weights",
+    "flow": "motion that violates the flow rule, relative to the largest velocity",
+    "complementarity": "energy of joints that move but do not yield, in units of λ",
 }
 
 
 def text(words: str) -> str:
-    """Return text with special characters of HTML escaped, and line breaks as ``<br>``."""
+    """Return text as HTML, with special characters escaped and line breaks as ``<br>``."""
     return escape(printable(words)).replace("\n", "<br>")
 
 
@@ -35,7 +35,7 @@ def headline(result: Outcome) -> str:
 
 
 def load_factor_rows(result: Outcome) -> str:
-    """Return the table of load factors as HTML; "" if none is known."""
+    """Return the table of load factors as HTML; "" if no load factor is known."""
     rows = "".join(
         f'<tr><th scope="row">{line.name}</th><td class="number">{value_text(result, line)}</td>'
         f"<td>{text(line.remark)}</td></tr>\n"
@@ -57,7 +57,7 @@ def answer(result: Outcome) -> str:
 def certificate(result: Outcome) -> str:
     """Return the residuals of the certificate as a table in HTML.
 
-    For a result without load factor, the text is what is proven of the existence of one, or empty.
+    For a result without load factor, the text states what is proven about its existence, or is empty.
     """
     if result.certificate is None:
         proven = result.infeasibility
@@ -76,13 +76,13 @@ def certificate(result: Outcome) -> str:
 
 
 def described(result: Outcome) -> str:
-    """Return the list of what is not modelled, as HTML; "" if everything is modelled."""
+    """Return the list of omitted parts of the model as HTML; "" if nothing is omitted."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Return which joints begin to slide, and which begin to open, at a load factor; "" if none does.
+    """Return text on the joints that begin to slide or to open at a load factor; "" without such joints.
 
     ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
     """

@@ -28,14 +28,14 @@ from masonry_opt.words.load_factors import (
 from masonry_opt.words.names import labelled, verb
 from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences
 
-#: Codes of reasons that describe the analysis only, and not the scene.
+#: Codes of reasons that describe the analysis and not the scene.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 _MOST_TIES = 4  #: Largest number of ties and props that are listed; the others are counted.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:
-    """Return the summary of a result: its load factors, moving blocks and joints, loads, and warnings.
+    """Return the summary of a result: load factors, moving blocks and joints, loads and warnings.
 
     If ``technical`` is True, residuals, programs, solvers and times are included.
     """
@@ -75,7 +75,7 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _says_why_not_incremental(result: Outcome) -> bool:
-    """Return True if a scene without a load factor carries its dead load, so that it has a load history."""
+    """Return True if a scene has no load factor, but is stable under dead load and has a load history."""
     return result.load_factor is None and result.status is not Status.UNSTABLE
 
 
@@ -85,7 +85,7 @@ def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
 
 
 def _why(result: Outcome) -> str:
-    """Return why there is no load factor, or why the live load does no work at the load factor.
+    """Return the reason why no load factor exists, or why the live load does no work at the load factor.
 
     Reasons that describe the analysis only are left out, unless there are no others.
     """
@@ -106,7 +106,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and the numbers of blocks that move and of joints in each kind of motion, as text.
+    """Return a label, and text on how many blocks move and how many joints slide, hinge, open or crush.
 
     The value is None if no motion is known.
     """
@@ -129,7 +129,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return which ties and props yield, and the forces that the others carry.
+    """Return text on the ties and props: those that yield come first, each with its force.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
@@ -150,7 +150,7 @@ def _ties(result: Outcome) -> str:
 
 
 def _live_load(result: Outcome) -> str:
-    """Return the live load, which λ multiplies: a load case, an earthquake, or weights, forces and lines.
+    """Return a description of the live load, such as "case 'wind'" or "a force on 1 block".
 
     The text is empty if the ground is tilted, or if only the dead load acts on the state of the result.
     """
@@ -165,7 +165,7 @@ def _live_load(result: Outcome) -> str:
     multiples = Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight))
     if multiples:
         factor = f"{_vector(next(iter(multiples)))} times" if len(multiples) == 1 else "multiples of"
-        # Generators may give multiples of weights under the old name "live", which is that of forces.
+        # Old tables of generators use the key "live" for multiples of the weight, not for forces.
         tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
         given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
         phrases.append(f"{factor} the weight of {counted(multiples.total(), 'block')}{given_as}")
@@ -188,7 +188,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """Yield a line on each fill: edges it touches, weight on movable blocks, spread of loads, pressure."""
+    """Yield a line of text on each fill: touched edges, weight, spread of loads and pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
@@ -202,7 +202,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
-            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0), σ its unit weight times depth")
+            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0); σ is unit weight times depth")
         else:
             phrases.append("no pressure")
         if fill.backing:
@@ -210,14 +210,16 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
             phrases.append(f"its backing touches {counted(len(backed), 'edge')}")
         if fill.backing and fill.pressure:
             active, _, passive = fill.zones[1].coefficients
-            phrases[-1] += f", pressure between {active:.4g} σ and {passive:.4g} σ, σ of both"
+            phrases[-1] += (
+                f", pressure between {active:.4g} σ and {passive:.4g} σ, where σ is the stress of both layers"
+            )
         if fill.pressure and scene.factor_of_pressure != 1:
-            phrases.append(f"all pressures times {scene.factor_of_pressure:g}, of the load case")
+            phrases.append(f"the load case multiplies all pressures by {scene.factor_of_pressure:g}")
         yield "; ".join(phrases)
 
 
 def _friction(result: Outcome) -> str:
-    """Return the law that limits friction in space, and the points at which forces act; "" in the plane."""
+    """Return text on the friction law in space and on the points where forces act; "" in the plane."""
     if result.size.contacts is None:
         return ""
     unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
@@ -230,17 +232,17 @@ def _friction(result: Outcome) -> str:
 
 
 def _crushing(result: Outcome) -> str:
-    """Return the laws by which joints crush, for the load factor and for the associative one."""
+    """Return text on the crushing laws of the load factor and of the associative load factor."""
     if not result.crushing or (result.load_factor is None and result.associative is None):
         return ""
     if result.crushing == "parabola":
-        return f"by the parabola itself; all but 'static' and 'kinematic' with Clarabel take {BY_CHORDS}"
-    associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ by the same"
+        return f"by the parabola itself (only 'static' and 'kinematic' with Clarabel; others: {BY_CHORDS})"
+    associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ likewise"
     return f"by {BY_CHORDS}{associative}"
 
 
 def _reference(result: Outcome) -> str:
-    """Return the case file's reference value for the method, and the relative difference of λ from it.
+    """Return the reference value of the case file, and the relative difference of λ from this value.
 
     For "coulomb" this may be the value of an MCP or of the loop, because all these methods compute a collapse
     with Coulomb friction. Without such a value, the associative reference value is compared with the
@@ -289,17 +291,18 @@ def _technical(result: Outcome) -> dict[str, str]:
 
 
 def log_sentences(result: Outcome) -> Iterator[str]:
-    """Yield a sentence for each step of the method: the load factor after the step, and its time."""
+    """Yield a sentence for each step of the method, with the load factor after the step and the time."""
     for entry in result.solution.log:
         known = "no load factor yet"
         if entry.load_factor is not None:
             known = f"λ = {numeral(entry.load_factor, '.6g')}"
         states = f", {counted(entry.exact_states, 'exact state')}" if entry.exact_states else ""
-        yield f"{entry.step}: {known}{states} ({entry.seconds:.2f} s)"
+        note = f", {entry.note}" if entry.note else ""
+        yield f"{entry.step}: {known}{states}{note} ({entry.seconds:.2f} s)"
 
 
 def _alignment(result: Outcome) -> str:
-    """Return the largest movements of joints by the alignment; "" if the alignment moved no joint."""
+    """Return text on the largest rotation and shift by the alignment of joints; "" if no joint moved."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     moved = f"joints turned by up to {result.largest_turn:.1e} rad, contact points moved by up to"
@@ -307,7 +310,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor; "" if no more than the answer is known."""
+    """Return the bounds of the least load factor as text; "" without bounds other than the answer."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -316,7 +319,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return the numbers of programs solved and of solver iterations, or of load steps without programs."""
+    """Return text on the numbers of solved programs and solver iterations, or else of load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
@@ -325,11 +328,11 @@ def _programs(result: Outcome) -> str:
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:
-    """Return phrases on what is not modelled because the scene does not need it, each with the reason."""
+    """Return phrases on omitted parts of the model, such as sliding of joints with unlimited friction."""
     problem, joints = assembly.problem, assembly.joints
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {
         f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
-        f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves": joints.fixed_pairs,
+        f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, which do not move": joints.fixed_pairs,
     }
     return tuple(phrase for phrase, number in counts.items() if number)

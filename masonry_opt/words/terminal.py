@@ -20,10 +20,10 @@ from masonry_opt.words.names import WARNING, warning_lines
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Columns of tables whose values are shown with two significant digits and a power of ten.
+#: Names of table columns with residuals, which are printed in scientific notation with two digits.
 _RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
 
-#: A row of the table of load factors: two spaces, then a name. Continuation lines have more spaces.
+#: Pattern of a row of the table of load factors: two spaces, then a name. Other lines have more spaces.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
 #: Stream to which results are printed while standard output is redirected; None stands for standard output.
@@ -46,7 +46,7 @@ def results_alone() -> Iterator[None]:
 
 
 def print_text(text: str) -> None:
-    """Print text on standard output, without delay.
+    """Print text on standard output, and flush the output.
 
     Raises ReaderGoneError if the output is closed, and OutputError if it cannot be written.
     """
@@ -55,10 +55,10 @@ def print_text(text: str) -> None:
 
 
 def print_result(text: str, bold_line: int | None = 1) -> None:
-    """Print the lines of a result, and the lines of its warnings on standard error.
+    """Print the lines of a result on standard output, and its warnings on standard error.
 
     On a terminal, load factors are bold and warnings are yellow. ``bold_line`` is the number of another line
-    that is bold, counted from 0; None if there is none.
+    that is bold, counted from 0; with None there is no such line.
     """
     lines = text.split("\n")
     results = [line for line in lines if not line.startswith(WARNING)]
@@ -91,12 +91,12 @@ def print_warnings(sentences: Iterable[str]) -> None:
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
     """Show a line with the elapsed time on a terminal, and yield a function that changes its text.
 
-    The line is removed at the end. If the console is no terminal, nothing is shown.
+    The line is removed at the end. If the console is not a terminal, nothing is shown.
     """
     if not console.is_terminal:
         yield lambda _: None
         return
-    # On a narrow terminal the line is cut, not broken.
+    # On a narrow terminal, the line is truncated and not wrapped.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
     columns = SpinnerColumn(), TimeElapsedColumn(), text
     with Progress(*columns, console=console, transient=True, expand=True) as progress:
@@ -104,8 +104,8 @@ def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]
         yield lambda line: progress.update(task, description=line)
 
 
-def left_by(step: object) -> str:
-    """Return the residuals and the seconds of a step of a method, such as ", mismatch 4.2e-02, 16.4 s".
+def residuals_of_step(step: object) -> str:
+    """Return the residuals and the time of a step as text, such as ", mismatch 4.2e-02, 16.4 s".
 
     The text is empty for a step without residuals.
     """
@@ -115,7 +115,7 @@ def left_by(step: object) -> str:
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Convert errors of printing to ReaderGoneError and OutputError."""
+    """Raise ReaderGoneError or OutputError if printing within the context fails."""
     try:
         yield
     except BrokenPipeError:
@@ -134,14 +134,14 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
         table.add_row(*(_cell(str(column), value) for column, value in record.items()))
-    # The width is fixed, so that a table in a pipe or a file looks as on a terminal.
+    # With a fixed width, a table looks the same in a pipe, in a file and on a terminal.
     text = io.StringIO()
     Console(file=text, width=150).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
 def _cell(column: str, value: object) -> str:
-    """Return a value as text for a table; the name of its column determines the number of digits."""
+    """Return a value as the text of a table cell; the column name determines the number format."""
     # The module of sentences imports the problem with much of SciPy, which takes long. The list of commands,
     # which imports this module, must not wait for it.
     from masonry_opt.words.sentences import numeral

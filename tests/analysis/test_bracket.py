@@ -23,8 +23,8 @@ EXACT, CLOSED = 1e-8, 1.1e-5
 
 
 @pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
-def test_small_scenes_are_proved_without_any_assumption(path):
-    result = solved(path, "global")
+def test_small_scenes_are_proved_without_any_assumption(no_proof, path):
+    result = mo.solve(path, "global", incremental=False)
     assert result.status is mo.Status.OPTIMAL
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.bound <= mo.load(path).reference["coulomb"].value + 1e-9
@@ -35,8 +35,18 @@ def test_small_scenes_are_proved_without_any_assumption(path):
     assert result.certificate.worst < EXACT
 
 
-def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed():
-    result = solved(small_wall(4, 1), "global", time_limit=300.0)
+def test_a_proof_of_the_default_needs_no_programs_of_products():
+    """The bond's least load factor is then proven without an assumption on rates."""
+    result = solved(small_wall(4, 1), "global")
+    assert result.status is mo.Status.OPTIMAL
+    assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
+    assert result.range == (result.bound, result.load_factor)
+    assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
+    assert "products" not in result.solvers
+
+
+def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed(no_proof):
+    result = mo.solve(small_wall(4, 1), "global", time_limit=300.0, incremental=False)
     assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.status is mo.Status.CONVERGED
@@ -47,7 +57,7 @@ def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed():
     assert result.range == (None, result.load_factor)
 
 
-def test_limits_of_forces_that_are_assumed_leave_nothing_proven(failing):
+def test_limits_of_forces_that_are_assumed_leave_nothing_proven(no_proof, failing):
     """As where HiGHS fails in programs of bounds, which alone have no limit of time."""
     failing("highs", lambda _, seconds: seconds == np.inf)
     result = mo.solve(TWO_BLOCKS, "global")
@@ -76,9 +86,9 @@ def _sum_of_rates(result):
     return np.abs(slip).sum() + first.sum() + second.sum()
 
 
-def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
+def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded(no_proof):
     """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own is above 0.01."""
-    result = solved(small_wall(4, 1), "global", rate_bound=0.01)
+    result = mo.solve(small_wall(4, 1), "global", rate_bound=0.01, incremental=False)
     assert result.status is mo.Status.CONVERGED
     assert values_of(result, Code.TOUCHES_IMPOSED)["rates"] == 0.01
     assert result.bound == 0.0

@@ -10,7 +10,7 @@ from screens import Screen
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
-from masonry_opt.words.terminal import left_by
+from masonry_opt.words.terminal import residuals_of_step
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?"]
@@ -70,12 +70,12 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, comma
         assert screen.shows(shown[-1])
 
     watched(Progress, "update", wait)
-    steps = watched(import_module("masonry_opt.cli.command"), "left_by")
+    steps = watched(import_module("masonry_opt.cli.command"), "residuals_of_step")
     with redirect_stderr(screen):
         out = command(*asked)
     phases = {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
     assert all(any(phase in line for line in shown) for phase in phases)
-    told = [f"λ = {step.load_factor:.6f}{left_by(step)}" for (step,) in steps]
+    told = [f"λ = {step.load_factor:.6f}{residuals_of_step(step)}" for (step,) in steps]
     assert {f"two_blocks.toml: iteration {n}: {line}" for n, line in enumerate(told, 1)} <= {*shown}
     assert out == before
 
@@ -93,7 +93,7 @@ ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
 #: Arguments of commands that may take long, and a part of a line that they show.
 LONG = {
     "capacity": (("case.toml",), "capacity: load step"),
-    "check": (("case.toml",), "static and kinematic"),
+    "check": (("case.toml",), "comparing static with kinematic"),
     "compare": (("case.toml", "--out", "out", "--repeats", "1", "--methods", "static", *ONE_PAIR), "static"),
     "crossing": (("axles.toml", "--method", "static"), "crossing: first axle at"),
     "directions": (("case.toml",), "directions: to the right: method 'coulomb'"),

@@ -6,12 +6,13 @@ from scenes import block_on_floor, overhanging, pressed_down, small_wall, solved
 
 import masonry_opt as mo
 from masonry_opt.methods.coulomb import method
-from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, LeastProven, Loop
 
 LOAD_HISTORY = "incremental analysis"
 FROM_HISTORY = "exact state from the incremental forces"
 FROM_ASSOCIATIVE = "exact state from the associative forces"
 FURTHER = "further starts"
+PROOF = "proof of the least"
 LOOP = "loop of linear programs"
 
 
@@ -22,12 +23,14 @@ def steps_of(result: mo.Result) -> list[str]:
 @pytest.mark.parametrize(
     ("scene", "options", "steps"),
     [
-        (two_blocks(), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
+        (two_blocks(), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER, PROOF]),
         (two_blocks(), {"descent": False}, [LOAD_HISTORY, FROM_HISTORY]),
         (small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0)), {}, [LOOP]),
         (pressed_down(), {}, [LOAD_HISTORY, FROM_ASSOCIATIVE]),
+        (block_on_floor(), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
+        (two_blocks().replace(joints={"dilatancy": 0.1}), {}, [LOAD_HISTORY, FROM_HISTORY, FURTHER]),
     ],
-    ids=["small", "without descent", "dilatancy falls", "no mechanism"],
+    ids=["small", "without descent", "dilatancy falls", "no mechanism", "fixed forces", "associative"],
 )
 def test_steps_that_apply(scene, options, steps):
     assert steps_of(mo.solve(scene, **options)) == steps
@@ -40,8 +43,10 @@ def test_a_scene_that_falls_needs_no_step():
 def test_the_log_follows_the_load_factor():
     """Two blocks: from .188 as the load grows to the least, .15 (Gilbert et al. 2006)."""
     log = solved(two_blocks()).solution.log
-    np.testing.assert_allclose([entry.load_factor for entry in log], [0.18843976, 0.15, 0.15], rtol=1e-6)
-    assert [entry.exact_states for entry in log] == [0, 1, 1]
+    np.testing.assert_allclose(
+        [entry.load_factor for entry in log], [0.18843976, 0.15, 0.15, 0.15], rtol=1e-6
+    )
+    assert [entry.exact_states for entry in log] == [0, 1, 1, 1]
     assert all(entry.seconds > 0 for entry in log)
 
 
@@ -54,6 +59,7 @@ def test_the_technical_summary_lists_the_steps():
     details = solved(two_blocks()).details
     assert f"{LOAD_HISTORY}: λ = 0.18844 (" in details
     assert f"{FROM_HISTORY}: λ = 0.15, 1 exact state (" in details
+    assert f"{PROOF}: λ = 0.15, 1 exact state, proven by " in details
 
 
 @pytest.mark.parametrize(
@@ -70,5 +76,5 @@ def test_the_list_decides_what_is_done(monkeypatch, steps, load_factor):
 
 
 def test_the_steps_are_in_the_order_of_the_guide():
-    kinds = [Incremental, ExactFrom, ExactFrom, FurtherStarts, Loop]
+    kinds = [Incremental, ExactFrom, ExactFrom, FurtherStarts, LeastProven, Loop]
     assert [type(step) for step in method.STEPS] == kinds

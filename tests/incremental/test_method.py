@@ -103,7 +103,7 @@ def test_a_scene_that_falls_from_rest():
 
 def test_settings_are_an_option():
     """A range twice as wide as the tolerance may not hold."""
-    wide = IncrementalSettings(largest_increment=0.05, increments=3)
+    wide = IncrementalSettings(increment=0.01, smallest_increment=0.01, increments=3)
     result = mo.solve(two_blocks(), "incremental", settings=wide)
     assert result.load_factor is None
     assert values_of(result, Code.UNDECIDED)["steps"] <= 4

@@ -159,7 +159,7 @@ def test_what_does_not_turn_about_one_edge_is_refused_by_name():
     frame = mo.load(CASES / "makris_vassiliou" / "rocking_frame.toml")
     for scene, words in (
         (block_on_floor(friction=0.1), "joints slide: 'A'–'floor'"),
-        (frame, "blocks move on each other"),
+        (frame, "several bodies move"),
     ):
         with pytest.raises(OptionError, match=words):
             followed(mo.extrude(scene, 0.5))

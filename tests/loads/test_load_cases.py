@@ -140,7 +140,10 @@ WRONG = {
         IN_A + "live = { win = 1 }\n",
         ["load_case no. 1 ('a')", "'live'", "'win'", "weight, fill, dead, live, axles, wind"],
     ),
-    "name twice": (LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n', ["no. 2 ('a')", "twice"]),
+    "name twice": (
+        LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n',
+        ["no. 2 ('a')", "another load case has this name"],
+    ),
     "pressure below zero": (
         IN_A + "live = { wind = 1 }\npressure = -1\n",
         ["('a')", "'pressure'", "0 or more"],
@@ -157,7 +160,7 @@ WRONG = {
     "tilted": ('tilt = "left"\n' + CASE + SHAKEN, ["'tilt'"]),
     "a group's name": (LOADED.replace('"wind"', '"weight"'), ["load no. 1 ('A')", "'group'"]),
     "two kinds": (LOADED.replace("live", "dead = [1, 0]\nlive"), ["load no. 1 ('A')", "two loads"]),
-    "a group of nothing": (LOADED.replace("live = [1, 0]", "weight = 2"), ["'group' goes with"]),
+    "a group of nothing": (LOADED.replace("live = [1, 0]", "weight = 2"), ["'group' needs 'live'"]),
     "negative mass": (LOADED + '[[load]]\nblock = "A"\nmass = -1\n', ["load no. 2 ('A')", "'mass'"]),
 }
 

@@ -43,7 +43,7 @@ def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
 
 
 #: Remark on a reaction beside which others may exist.
-NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
+NOT_PROVEN = "found, not proven: exact states may be closer to the reaction at rest"
 
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
@@ -90,16 +90,14 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        assert known[end, "associative"] == "no state lies further from the reaction at rest"
+        assert known[end, "associative"] == "no state is further from the reaction at rest"
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
         assert [line.split()[0] for line in others[1:]] == ["incremental", "associative"]
     assert found.warning_sentences == ()
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
-    assert proven.rows()[0]["certainty"].endswith(
-        "proven: no exact state lies nearer to the reaction at rest"
-    )
+    assert proven.rows()[0]["certainty"].endswith("proven: no exact state is closer to the reaction at rest")
     assert "(proven)" in replace(found, least=proven).facts()["least"]
     by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
     assert by_statics.splitlines()[0].startswith("-3 (associative)")
@@ -120,7 +118,7 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     (warning,) = beyond.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("state across rest", "least")
     assert [warning["reaction"], warning["at_rest"]] == pytest.approx([1.125, 0.0], abs=1e-6)
-    assert "would fall by itself" in warning["sentence"]
+    assert "the scene would fall" in warning["sentence"]
 
 
 def test_piers_that_settle_alike_bear_the_weight():

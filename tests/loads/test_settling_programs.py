@@ -181,7 +181,7 @@ def test_an_end_without_a_coulomb_state_is_answered_by_the_incremental_analysis(
     assert found.least.reaction == found.least.incremental
     assert least < found.least.reaction < found.at_rest
     assert found.usable
-    assert "incremental analysis: no exact collapse state was found" in str(found)
+    assert "incremental analysis (no exact collapse state was found" in str(found)
     told = found.as_dict()["least"]
     assert (told["answered_by"], told["results"]["coulomb"]["reaction"]) == ("incremental", None)
     assert found.plot("least")

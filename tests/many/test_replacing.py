@@ -237,6 +237,6 @@ def test_commands_refuse_before_they_solve(monkeypatch, capsys, tmp_path):
 def test_a_journal_of_someone_else_is_kept(tmp_path):
     path = tmp_path / "journal.jsonl"
     path.write_bytes(b"dear diary")
-    with pytest.raises(OptionError, match="is no journal of runs"):
+    with pytest.raises(OptionError, match="is not a journal of runs"):
         swept(tmp_path, FRICTIONS)
     assert contents(tmp_path) == {"journal.jsonl": b"dear diary"}

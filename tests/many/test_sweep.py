@@ -15,7 +15,7 @@ from masonry_opt.files import RECORD
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import RUN_COLUMNS, Study, row, run_many, run_scene
-from masonry_opt.studies.many.sweep import grid, said
+from masonry_opt.studies.many.sweep import grid, summary_text
 from masonry_opt.studies.runner import Workers
 from masonry_opt.studies.writing import JOURNAL
 
@@ -189,7 +189,7 @@ def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
     frame = pd.DataFrame(points, columns=names).assign(load_factor=[0.3, 0.1, 0.1 + 1e-12, None, None, 0.2])
     frame["status"] = ["optimal"] * 3 + ["refused"] * 2 + ["optimal"]
     frame = frame.assign(state_from="", message=[""] * 3 + ["too thin"] * 2 + [""], which="associative")
-    lines = said(frame, names).splitlines()
+    lines = summary_text(frame, names).splitlines()
     assert len(lines) == 5
     assert "0.100000" in lines[1]
     assert lines[2] == "λ is associative (upper bounds, by classical limit analysis)"
@@ -198,7 +198,7 @@ def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
     assert lines[4].startswith("2 refused")
     assert "joints.friction = 0.4, width = 2" in lines[4]
     assert lines[4].endswith(": too thin")
-    assert len(said(frame[3:5], names).splitlines()) == 2
+    assert len(summary_text(frame[3:5], names).splitlines()) == 2
 
 
 NO_VALUES = ("", "=", "=0:1", "=0:1:0", "=0:1:1e9", "=a,b")

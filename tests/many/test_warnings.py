@@ -15,7 +15,7 @@ from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of
 from masonry_opt.studies.writing import JOURNAL, Journal
 
 #: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
-IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
+IN_DEGREES = "friction 31 of [joints] is higher than in dry joints: is it in degrees? tan 31° = 0.601"
 #: The record of this warning in JSON.
 RECORD = {"sentence": IN_DEGREES, "code": "friction high", "friction": 31.0, "pairs": []}
 STATIC = ("--method", "static")
@@ -189,5 +189,5 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
 def test_a_journal_without_its_first_line_is_refused(tmp_path):
     Journal(tmp_path, {"scene": "a"}).add("key", {"x": 1})
     (tmp_path / JOURNAL).write_text('damaged\n{"key": "key", "row": {"x": 1}}\n', "utf-8")
-    with pytest.raises(mo.OptionError, match="no journal of runs"):
+    with pytest.raises(mo.OptionError, match="not a journal of runs"):
         Journal(tmp_path, {"scene": "a"})

@@ -32,7 +32,7 @@ def test_a_file_that_cannot_be_read_is_refused_before_its_options(command, tmp_p
     """No round of messages asks for the options of a drawing that is none."""
     (tmp_path / "notes.md").write_text("# a wall")
     error = command.refused("convert", tmp_path / "notes.md", tmp_path / "case.toml")
-    assert "what is converted ends in .dxf" in error
+    assert "a drawing must be a file that ends in .dxf" in error
     assert "--friction" not in error
 
 
@@ -46,7 +46,7 @@ def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
 
 def test_a_capacity_curve_needs_a_scene_without_ties(command):
     error = command.refused("capacity", TIED, "--method", "static")
-    assert "leave out [[tie]], or find the load factor alone with 'solve'" in error
+    assert "omit [[tie]], or compute only the load factor with 'solve'" in error
     assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
     command("solve", TIED, "--method", "static")
 
@@ -57,7 +57,7 @@ def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     scene = mo.load(FILLED)
     filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
     with pytest.raises(
-        mo.OptionError, match=r"leave out \[\[fill\]\], or find the load factor alone with 'solve'"
+        mo.OptionError, match=r"omit \[\[fill\]\], or compute only the load factor with 'solve'"
     ):
         mo.capacity(mo.solve(filled, "static"))
     assert mo.capacity(mo.solve(scene.replace(fills=[]), "static")).steps
@@ -85,7 +85,7 @@ def test_a_function_that_fails_outside_of_the_range_is_no_error():
     def scene(friction):
         return two_blocks(friction if friction >= 0.2 else 1 / 0)
 
-    with pytest.raises(mo.OptionError, match=r"tried between: give the load factor"):
+    with pytest.raises(mo.OptionError, match=r"intermediate values: give the load factor"):
         mo.least(scene, 0.2, 0.9, samples=0)
 
 
@@ -97,8 +97,8 @@ def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
         error = least(command, path, "0.2:0.9")
         assert "--load" not in error
         assert "begin the range at a smaller value" in error
-        # With a load the message says what the search asks without one.
-        assert "without 'load' (--load) the search asks whether the scene stands" in least(
+        # With a load the message says what the search tests without a load.
+        assert "without 'load' (--load) the search tests stability under dead load only" in least(
             command, path, "0.2:0.9", "--load", "0.2"
         )
 
@@ -108,7 +108,7 @@ def test_most_and_least_name_each_other_as_the_command_has_them(command, tmp_pat
     mo.save(block_on_floor(), tmp_path / "case.toml")
     asked = ("least", tmp_path / "case.toml", "--method", "static", "--load", "0.5")
     pushed = ("--vary", "block.A.live.x=0.1:3")
-    assert "ask for 'most' (--most)" in command.refused(*asked, *pushed)
+    assert "use 'most' (--most)" in command.refused(*asked, *pushed)
     command(*asked, *pushed, "--most")
     rubbed = ("--vary", "joints.friction=0.1:0.6")
     assert "(the command without --most)" in command.refused(*asked, *rubbed, "--most")

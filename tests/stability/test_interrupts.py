@@ -45,7 +45,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(watched, press_ctrl_c
         if getattr(step, "origin", "start") != "start":
             press_ctrl_c()
 
-    watched(import_module("masonry_opt.cli.command"), "left_by", interrupted)
+    watched(import_module("masonry_opt.cli.command"), "residuals_of_step", interrupted)
     wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
     answer = command.json("solve", wall_5, "--method", "coulomb", "-o", "search=60")
     assert answer["load_factor"] < 0.2138

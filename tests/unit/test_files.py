@@ -16,7 +16,7 @@ FOREIGN = b"mine: written by hand, not by masonry_opt\n"
 
 #: Names of files, whose first letter says what writes them.
 SAVED = ("a.png", "a.svg", "a.pdf", "a.html")
-PROGRAMS = ("d.lp", "d.mps", "d.nl")
+PROGRAMS = ("d.lp", "d.mps", "d.nl", "d.cnf")
 CASE_FILES = ("c.toml", "c.json")
 
 

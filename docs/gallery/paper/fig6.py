@@ -55,9 +55,10 @@ def least(name: str, angle: float) -> mo.Result:
 
 
 def jump(name: str, face: float) -> float:
-    """Angle of dilatancy at which the least load factor jumps, to 0.0006°, by bisection."""
-    low, high, between = -5.0, 5.0, (by_hand(face, False) + by_hand(face, True)) / 2
-    for _ in range(14):
+    """Return the angle of dilatancy at which the least λ jumps, to 0.0005°, by bisection from the table's."""
+    low, high = max(a for a in ANGLES if a < face / 2), min(a for a in ANGLES if a > face / 2)
+    between = (by_hand(face, False) + by_hand(face, True)) / 2
+    for _ in range(11):
         middle = (low + high) / 2
         low, high = (low, middle) if least(name, middle).required() > between else (middle, high)
     return (low + high) / 2

@@ -67,6 +67,9 @@ def global_search(task: Task) -> Solution:
         start = search_lower(task, start, SearchLimits())
     if start.interrupted:
         raise KeyboardInterrupt
+    if start.proof is not None:
+        # No state is lower, without any assumption: nothing is left for the products.
+        return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
     # If dilatancy locks the associative flow, an exact state bounds λ instead.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]

@@ -17,7 +17,7 @@ from masonry_opt.answer.solution import LogEntry, Solution
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
-from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop, Step
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, LeastProven, Loop, Step
 from masonry_opt.methods.task import Options, Task, of_same_scene
 
 #: Steps of the default method, in order.
@@ -26,6 +26,7 @@ STEPS: tuple[Step, ...] = (
     ExactFrom("incremental"),
     ExactFrom("associative"),
     FurtherStarts(),
+    LeastProven(),
     Loop(),
 )
 
@@ -40,7 +41,8 @@ class CoulombOptions(Options):
     descent: True to look for lower states, in the plane on scenes of up to 500 joints. On small scenes in the
         plane, and in space, further starts are tried too. If False, the first exact state is the answer.
     search: time, in seconds, for which lower states are looked for after that: from other starts and around
-        the lowest state so far.
+        the lowest state so far. On small scenes in the plane the search takes turns with the search for a
+        proof, and ends if no state is lower.
     until: load factor at or below which the search ends before its time.
     seed: seed of the random numbers of the search. One seed leads to the same states in the same order; the
         time decides how many of them are reached.
@@ -69,7 +71,7 @@ class CoulombOptions(Options):
 
 
 def coulomb(task: Task) -> Solution:
-    """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
+    """Return the lowest exact collapse state found by the steps of the default method.
 
     The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
     with stress, and scenes that stand from rest on which no exact state is found.
@@ -91,7 +93,7 @@ def coulomb(task: Task) -> Solution:
 
 
 def _run_steps(task: Task, options: CoulombOptions) -> Solution:
-    """Run the steps that apply, and return what they found, with their log."""
+    """Run all steps that apply, and return the solution with a log of the steps."""
     run = CoulombRun(task, options.descent)
     log: list[LogEntry] = []
     for step in STEPS:
@@ -100,13 +102,13 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
         began = time.perf_counter()
         step.run(run)
         seconds = time.perf_counter() - began + run.seconds_before
-        run.seconds_before = 0.0
-        log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds))
+        log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds, run.note))
+        run.seconds_before, run.note = 0.0, ""
     return replace(_solution(run), log=tuple(log))
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Look for lower states than that of a solution, and add the search to its log."""
+    """Search for exact states below a solution, and return the lowest with the extended log."""
     began = time.perf_counter()
     found = search_lower(task, first, SearchLimits(options.search, options.until, options.seed))
     seconds = time.perf_counter() - began
@@ -115,7 +117,7 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
 
 
 def _solution(run: CoulombRun) -> Solution:
-    """Return how the steps ended: the end of a step, or else the lowest state."""
+    """Return the solution of the step that ended the run, or else the lowest exact state."""
     if run.ended is not None:
         return run.ended
     solution = run.recorded(Status.CONVERGED)

@@ -11,12 +11,13 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.load_history import LoadHistory
-from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.proof import Proof
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
-from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 
@@ -34,6 +35,8 @@ class CoulombRun:
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
     seconds_before: time of a load history that was computed before the run, in seconds.
+    note: further result of the present step in words, for the log.
+    proof: the proof that no state is lower; None without a proof.
     """
 
     def __init__(self, task: Task, seeks_lower: bool) -> None:
@@ -43,6 +46,8 @@ class CoulombRun:
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
         self.ended: Solution | None = None
         self.seconds_before = 0.0
+        self.note = ""
+        self.proof: Proof | None = None
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:
@@ -56,13 +61,13 @@ class CoulombRun:
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state so far; None without one."""
+        """Lowest exact state so far; None if no exact state was found."""
         # Without a load history no step has looked for states.
         return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor so far: of the end, of the lowest state, or of the load history; None without one."""
+        """Load factor that a user would get if the run ended now; None if there is none."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -79,35 +84,59 @@ class CoulombRun:
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
-        return self.states.met.recorded_in(solution)
+        solution = self.states.met.recorded_in(solution)
+        return solution if self.proof is None else with_proof(solution, self.proof)
+
+
+def with_proof(solution: Solution, proof: Proof) -> Solution:
+    """Return a solution with the proof that no state is lower than its answer."""
+    solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
+    values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
+    return solution.telling(reason(Code.PROVEN, **values))
 
 
 class LowestState:
-    """The lowest of the exact states that forces lead to, and all exact states that were found."""
+    """Record of all exact states that were found, and of the lowest of them."""
 
     def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis = analysis
         self.met = Met()
-        simplex = self._problem.joints <= SearchSettings().simplex_up_to and not self._problem.layout.round
+        simplex = self._problem.joints <= SEARCH.simplex_up_to and not self._problem.layout.round
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
+        self._by_proof: Answer | None = None
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """The two programs in turn, with interior points; they import a modelling language."""
+        """Alternation of the mechanism program and the statics program by interior-point methods."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task)
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state: by simplex, or of the load history and by cone programs; None without one."""
+        """The lowest state: by simplex, or of the load history and by cone programs; None without one.
+
+        A state of the search for a proof is lower than all states before.
+        """
+        if self._by_proof is not None:
+            return self._by_proof
         return self._lowest.answer if self._lowest else self._by_programs
 
+    def lower_to(self, state: Answer) -> None:
+        """Take a lower exact state, to which the search for a proof has led.
+
+        A state at zero is recorded, but is no answer: the scene would fall by itself.
+        """
+        self.met.lowest = min(self.met.lowest, state.load_factor)
+        if state.load_factor > ZERO:
+            self._by_proof = state
+            self.met.add(state.load_factor)
+
     def near(self, start: Answer) -> None:
-        """Look for a state near forces, by simplex, or else by two programs in turn.
+        """Look for an exact state near given joint forces, by simplex or by interior points.
 
         A start that is exact already counts as a state too.
         """
@@ -115,7 +144,7 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # A state that is exact by one law of friction may not be so by another.
+        # A state that is exact with a friction polygon may not be exact with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -157,16 +186,16 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the forces (3c + t,) of the load steps at shares of the number of steps, each step once."""
+    """Return the joint forces (3c + t,) of some load steps, chosen by shares of the number of steps."""
     if history is None:
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # The first step is the dead load alone, the last one has been a start.
+    # The first load step is the dead load alone. The last load step has already served as a start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the one of two answers that alone is exact, else the lower."""
+    """Return the exact answer if only one of two answers is exact, else the lower answer."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

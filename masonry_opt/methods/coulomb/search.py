@@ -3,14 +3,29 @@
 import time
 from dataclasses import dataclass, replace
 from math import inf
+from typing import TYPE_CHECKING
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
+from masonry_opt.answer.thresholds import same
+from masonry_opt.methods.bounds.settings import BUDGET
+from masonry_opt.methods.coulomb.run import with_proof
+from masonry_opt.methods.exact.refiner import (
+    ConeRefiner,
+    ExactState,
+    OutOfTime,
+    StateFinder,
+    exact_state_of,
+    refiner_of,
+)
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+
+if TYPE_CHECKING:
+    from masonry_opt.methods.bounds.least import LeastProof
 
 
 @dataclass(frozen=True)
@@ -22,8 +37,8 @@ class LowerState:
     load_factor: its load factor.
     origin: start that led to the state: "start" (the state of the steps before the search, or the given
         result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps with other
-        "loads" or from other "self-stress", a "fixed point", a "neighbour" of the lowest state, or in space
-        the forces of the "lowest state".
+        "loads" or from other "self-stress", a "fixed point", a "neighbour" of the lowest state, the search
+        for a "proof" that no state is lower, or in space the forces of the "lowest state".
     candidate: number of the start, counted from 1.
     lp_solves: linear programs solved since the method began, in space cone programs too.
     seconds: time since the search began.
@@ -53,10 +68,10 @@ class SearchLimits:
 
 
 def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
-    """Return the lowest exact state that the forces of a solution and further starts lead to.
+    """Return the lowest exact state found from the forces of a solution and from further starts.
 
-    The search ends when its time is over or the user interrupts it. The first solution is returned, with a
-    reason, if no exact state is found.
+    The search ends when its time is over, when it is proven that no state is lower, or when the user
+    interrupts it. The first solution is returned, with a reason, if no exact state is found.
     """
     if first.proven_none or (first.q is None and limits.seconds is None):
         return first
@@ -75,7 +90,7 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
     try:
         if first.q is not None:
             lowest.see("start", search.start(first.q))
-        if limits.seconds is not None:
+        if limits.seconds is not None and first.proof is None:
             _search_on(search, lowest, limits)
     except OutOfTime:
         lowest.missed = Code.NO_TIME
@@ -87,42 +102,91 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
 
 
 def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
-    """Try starts until a state is low enough. Raises OutOfTime when the time is over."""
+    """Try starts until a state is low enough or proven least. Raises OutOfTime when the time is over.
+
+    On small scenes the starts and the search for a proof take turns, which are numbers of linear programs and
+    not times: one seed then leads to the same states in the same order.
+    """
     candidates = search.endless(lowest.state, limits.seed)
     until = -inf if limits.until is None else limits.until
+    effort, turn = search.effort, BUDGET.first_turn
+    turn_ends = effort.lp_solves + turn
     while lowest.state is None or lowest.state.load_factor > until:
         lowest.see(*next(candidates))
+        if effort.lp_solves < turn_ends or not BUDGET.covers(search.problem):
+            continue
+        lowest.prove(turn)
+        if lowest.proof is not None:
+            return
+        search.known = lowest.state
+        turn *= 2
+        turn_ends = effort.lp_solves + turn
 
 
 class _Lowest:
-    """The lowest state found, and each state that was the lowest before."""
+    """Record of the lowest state found, and of all states that were the lowest before."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
         self.state: ExactState | None = None
-        self.stationary: bool | None = None  #: True if nothing that was tried lowers it; None if not known
+        self.stationary: bool | None = (
+            None  #: True if no mechanism that was tried lowers the state; None if not known
+        )
         self.interrupted = False  #: True if the user ended the search
         self.missed = Code.NOT_FOUND  #: reason for having no state
         self.history: list[LowerState] = []
         self.met = Met()  #: states of all candidates
+        self._attempt: LeastProof | None = None
+
+    @property
+    def proof(self) -> Proof | None:
+        """Return the proof that no state is lower; None if there is none."""
+        return None if self._attempt is None else self._attempt.proof
 
     def see(self, origin: str, state: ExactState | None) -> None:
         """Keep the state of a candidate if it is the lowest."""
-        if state is None or not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
+        if state is None or not self._is_lowest(state):
             return
-        self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        if lower_of(self.state, state) is not state:
-            return
-        self.state = state
         undecided = self._finder.undecided
         self.stationary = None if undecided is None or state.below < 0 else undecided == 0
+        self._keep(origin, state)
+
+    def prove(self, programs: int) -> None:
+        """Search for a proof that no state is lower, or for a lower state, by a number of linear programs."""
+        if self.state is None or not self.state.exact:
+            return
+        if self._attempt is None:
+            # Imports the SAT solver.
+            from masonry_opt.methods.bounds.least import LeastProof
+
+            self._attempt = LeastProof(self._task, self.state.answer, None)
+        self._task.effort.begins("proof of the least")
+        self._attempt.lower_to(self.state.answer)
+        self._attempt.run(self._finder.seconds_left, programs)
+        best = self._attempt.best
+        state = None if best is None else exact_state_of(self._task.problem, best)
+        if state is not None and self._is_lowest(state):
+            self.met.add(state.load_factor)
+            self.stationary = None
+            self._keep("proof", state)
+
+    def _is_lowest(self, state: ExactState) -> bool:
+        """Record the load factor of a meaningful state, and return True if it is the lowest."""
+        if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
+            return False
+        self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
+        return lower_of(self.state, state) is state
+
+    def _keep(self, origin: str, state: ExactState) -> None:
+        """Take a state as the lowest, and record it."""
+        self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))
         self._task.progress(self.history[-1])
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the first solution with the reason for having found no state; it advises no search."""
+    """Return the first solution with the reason why the search found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -136,7 +200,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # Programs that begin anew from the first state may end above it.
+    # The programs restart from the first state, and may end in a higher state.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept
@@ -152,4 +216,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
         solution = solution.telling(reason(Code.SEARCHED, **counts))
     stationary = None if is_kept else lowest.stationary
     matters = first.flow_rule_matters
+    proof = lowest.proof or first.proof
+    if proof is not None and same(proof.load_factor, answer.load_factor):
+        solution = with_proof(solution, proof)
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)

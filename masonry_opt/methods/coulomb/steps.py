@@ -4,36 +4,40 @@ Modules that declare programs are imported where they are used: modelling langua
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Existence
-from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.answer.thresholds import ZERO, is_lower
+from masonry_opt.errors import counted
 from masonry_opt.methods.associative import associative, with_associative
+from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import CoulombRun
-from masonry_opt.methods.exact.refiner import SMALL
-from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.registry import find_solver
 
+if TYPE_CHECKING:
+    from masonry_opt.methods.bounds.least import LeastProof
+
 
 class Step(Protocol):
-    """A step of the default method. A step that ends the run sets ``run.ended``."""
+    """Interface of a step of the default method; a step that ends the run sets ``run.ended``."""
 
     @property
     def name(self) -> str:
         """Name of the step in the log."""
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the step has something to do after the steps before it."""
+        """Return True if the results of the earlier steps leave work for this step."""
 
     def run(self, run: CoulombRun) -> None:
-        """Do the step, and leave in the run what it finds."""
+        """Run the step, and store its results in ``run``."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +56,13 @@ class Incremental:
         return not problem.dilatancy_depends_on_stress and problem.joints <= self.settings.most_joints
 
     def run(self, run: CoulombRun) -> None:
-        """Compute the load history, or take that of the task; end the run if the scene is unstable."""
+        """Compute or reuse the load history; end the run if the scene is unstable under its dead load."""
         task, found = run.task, run.task.incremental
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history of the incremental load factor is not computed again. Its solver and its steps
-            # are those of this method too.
+            # The load history was computed for the incremental load factor. Its solver and its load steps are
+            # counted for this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -85,7 +89,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the forces are known, and from associative forces if there is no state yet."""
+        """Return True if the forces to start from are known and a state is still to be found."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -93,7 +97,7 @@ class ExactFrom:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """Look for the state; end the run if it is proven that no load factor exists."""
+        """Look for an exact state; end the run if a proof shows that no load factor exists."""
         run.effort.begins("exact states nearby")
         if self.start == "associative":
             self._run_from_associative(run)
@@ -120,14 +124,14 @@ class ExactFrom:
 class FurtherStarts:
     """Look for lower states from further starts, on small scenes in the plane, and in space."""
 
-    settings: SearchSettings = field(default_factory=SearchSettings)
+    settings: SearchSettings = SEARCH
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted, and the scene is small or in space."""
+        """Return True if the user asks for lower states, and the scene is small or in space."""
         if run.incremental is None or not run.seeks_lower:
             return False
-        return run.problem.layout.round or run.problem.joints <= SMALL
+        return run.problem.layout.round or run.problem.joints <= self.settings.small
 
     def run(self, run: CoulombRun) -> None:
         """Look for lower states."""
@@ -140,8 +144,46 @@ class FurtherStarts:
 
 
 @dataclass(frozen=True)
+class LeastProven:
+    """Prove on small scenes in the plane that no state is lower, or find a lower state.
+
+    The search ends after a number of linear programs: after one that suffices for most scenes of few joints,
+    and on larger scenes after a share of the programs that the method has solved before.
+    """
+
+    budget: ProofBudget = BUDGET
+    name: str = "proof of the least"
+
+    def applies(self, run: CoulombRun) -> bool:
+        """Return True if lower states are wanted, and the scene is one for which a proof is tried."""
+        return run.incremental is not None and run.seeks_lower and self.budget.covers(run.problem)
+
+    def run(self, run: CoulombRun) -> None:
+        """Search for lower states until it is proven that none exists, or until the budget is spent."""
+        # The SAT solver takes 30 ms to import.
+        from masonry_opt.methods.bounds.least import LeastProof
+
+        run.effort.begins("proof of the least")
+        known = run.answer if run.answer is not None and run.answer.exact else None
+        search = LeastProof(run.task, known, run.known.associative)
+        search.run(self.budget.seconds, self.budget.programs_for(run.problem, run.effort.lp_solves))
+        if search.best is not None and search.best is not known:
+            run.states.lower_to(search.best)
+        if search.best is not None:
+            run.proof = search.proof
+        run.note = self._note(search)
+
+    @staticmethod
+    def _note(search: "LeastProof") -> str:
+        """Return how the search ended, for the log."""
+        if search.proof is not None:
+            return f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
+        return f"not proven: {search.why}" if search.why else f"not proven by {search.programs} programs"
+
+
+@dataclass(frozen=True)
 class Loop:
-    """Solve by the loop of linear programs what no step before has solved."""
+    """Run the loop of linear programs if no earlier step found an exact state."""
 
     options: LoopOptions = field(default_factory=LoopOptions)
     name: str = "loop of linear programs"
@@ -151,7 +193,7 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run, by the first case that applies.
+        """End the run by the first of seven cases that applies.
 
         1. There is no load history: the loop's end.
         2. Statics carry any multiple, and joints press ever harder as the load grows from rest: no collapse.
@@ -182,12 +224,24 @@ class Loop:
             ended = run.incremental
             if ended.answer is None:
                 return _undecided(run, Status.SOLVER_FAILED, looped=True)
+        ended = _with_carried_load(ended, run.incremental)
         ended = replace(ended, associative=known.associative, associative_ended=statics)
         return replace(ended, infeasibility=known.infeasibility)
 
 
+def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
+    """Return the solution of the loop; add a reason if the load history carries a higher load."""
+    history = incremental.load_history
+    if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
+        return ended
+    carried = history.steps[-1].load_factor
+    if not is_lower(ended.load_factor, carried):
+        return ended
+    return ended.telling_first(reason(Code.CARRIES_MORE, carried=carried))
+
+
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the end of a run without an exact state, by cases 2 to 4 of the loop; None if none applies."""
+    """Return the solution of cases 2 to 4 of :meth:`Loop.run`; None if no case applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

@@ -14,7 +14,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
@@ -22,26 +22,11 @@ from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Series of weights of the energy over λ, in the plane. Smaller weights let λ fall further, and larger ones
-#: leave less energy.
-_WEIGHTS = ((1e3, 1e4),)
-
-#: Series of weights in space. The next series is tried if one leads to no state. States lie further apart
-#: than in the plane, and weights that rise slowly lead lower. Large weights from the start stay near the
-#: first forces, which helps on many rings of wedges.
-_WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1e5, 1e6]))
-
-#: Tolerances of the solver in space; the next one is tried if the solver does not reach one. In the plane
-#: only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
-_TOLERANCES = (1e-11, 1e-10, 1e-9)
-
-#: Largest energy of a state, relative to λ. If more energy is left, another start is better.
-_LEFT = 1e-5
-_PURPOSE = "exact state"  #: Name of this use of a solver in a result.
+_PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the programs of exact states.
 
 
 class _PlaneForces:
-    """Program of forces in the plane: :class:`CvxpyForces` with the cost of the energy as a parameter."""
+    """Program of joint forces in the plane: ``CvxpyForces`` whose costs are a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -55,7 +40,7 @@ class _PlaneForces:
 
 
 class _PlaneMotion:
-    """Program of a mechanism in the plane: :class:`CvxpyMotion` with the slacks as a parameter."""
+    """Program of a mechanism in the plane: ``CvxpyMotion`` whose costs, the slacks, are a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -69,7 +54,7 @@ class _PlaneMotion:
 
 
 class ExactPrograms:
-    """The two programs of one problem, each declared and compiled once.
+    """The programs of forces and of mechanisms of one problem, each compiled once.
 
     A program that is not solved to the tolerance of the first solver is tried with the next solver. Every
     solve begins cold, so an answer does not depend on earlier solves. Forces and load factors are in the
@@ -79,7 +64,7 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Take a point near the optimum from the last solver if ``nearly`` is true."""
+        """Set the problem and the solvers; if ``nearly``, the last solver may end near the optimum."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
@@ -92,7 +77,7 @@ class ExactPrograms:
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
-        """Return the program of a mechanism, for the present dilatancy."""
+        """Return the program of a mechanism with the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
@@ -108,14 +93,14 @@ class ExactPrograms:
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
-        """Return the engines that solve a program, one for each solver, in order."""
+        """Return the engines that solve a program, one for each solver, in the order of the solvers."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
     def forces(
-        self, p: np.ndarray, weight: float = WEIGHT, before_each: Callable[[], None] = lambda: None
+        self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Return λ and forces (3c + t,) of a low λ that leave little energy for rates p, shape (faces,).
+        """Return a low λ and forces (3c + t,) that have little energy z·p with rates p, shape (faces,).
 
         Return None if no solver finds an optimum. ``before_each`` is called before each solve.
         """
@@ -123,7 +108,7 @@ class ExactPrograms:
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
 
     def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
-        """Return velocities (3b,) of the true flow rule that leave least energy for forces (3c + t,).
+        """Return velocities (3b,) of the true flow rule that have least energy z·p with forces (3c + t,).
 
         Return None if no solver finds an optimum. ``before_each`` is called before each solve.
         """
@@ -134,14 +119,14 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Declare the program of the mechanism anew if the dilatancy (k,) differs, as it may with stress."""
+        """Discard the program of the mechanism if its dilatancy (k,), which may depend on stress, changed."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
             self.__dict__.pop("_engines_of_motion", None)
 
     def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
-        """Return True if one of the solvers finds an optimum, or the last one a point near it."""
+        """Return True if a solver finds an optimum; the last solver may also find a nearly optimal point."""
         for engine in engines:
             before_each()
             nearly = self._nearly and engine is engines[-1]
@@ -151,20 +136,21 @@ class ExactPrograms:
 
 
 class Alternation:
-    """Solver that applies the two programs of one problem in turn; in space friction is by cones."""
+    """State finder that alternates between the programs of forces and mechanisms of one problem."""
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
-        self._given, self._effort = problem, effort
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
+        self._given, self._effort, self._settings = problem, effort, settings
         self._problem = problem.by_cone
         self._conic = self._problem.by_friction.conic
         self._scaled = in_units_of_load(self._problem)
-        tolerances = _TOLERANCES if self._conic else _TOLERANCES[:1]
+        tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-        # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
+        # If forces of contact points are indeterminate, Clarabel often misses its tolerance, so points near
+        # the optimum are accepted.
         self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return the alternation for a problem and an effort; a new one if either differs."""
+        """Return this alternation, or a new one if the problem or the effort differs."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort)
 
@@ -175,14 +161,15 @@ class Alternation:
         before_each: Callable[[], None] = lambda: None,
         weights: tuple[float, ...] = (),
     ) -> Answer | None:
-        """Return the state that forces (3c + t,) lead to, exact but for an energy z·p up to 1e-5 of λ.
+        """Return the state near forces (3c + t,), exact except for an energy z·p of up to 1e-5 λ.
 
         The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
         called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
-        this module if any are given. Return None if the forces lead to no state.
+        the settings if any are given. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
-        own = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        settings = self._settings
+        own = settings.weight_series_in_space if self._conic else (settings.weights_in_plane,)
         series = (weights,) if weights else own
         states = (self._in_turn(q, d, weights, before_each) for weights in series)
         state = next((state for state in states if state is not None), None)
@@ -192,10 +179,10 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Return the last state within the limits, an exact state if these weights lead to one."""
+        """Return the last state within the limits of acceptance, and if possible an exact state."""
         problem, scaled = self._problem, self._scaled
-        # Forces of compliant contacts, or under other loads, need not be in equilibrium with this load. The
-        # load factor is the one that fits best.
+        # Forces from elastic contacts or other loads may not be in equilibrium with the present loads. The
+        # load factor with the smallest unbalanced forces is taken.
         fitted = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
         forces: tuple[float, np.ndarray] | None = fitted / scaled.load_factor, q / scaled.force
         last: Answer | None = None
@@ -208,7 +195,9 @@ class Alternation:
             load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
             answer = certified(problem, load_factor, q, d)
             energy = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-            is_within = energy <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
+            is_within = energy <= self._settings.largest_energy and not answer.failing(
+                Kind.NEARLY_COMPLEMENTARY
+            )
             if is_within and (last is None or answer.exact or not last.exact):
                 last = answer
             if weight is not None:
@@ -218,6 +207,6 @@ class Alternation:
 
 
 def alternation_of(task: Task) -> Alternation:
-    """Return the alternation of a task's problem, whose programs are kept for the task."""
+    """Return the alternation for a task's problem; its compiled programs are reused within the task."""
     problem, effort = task.problem, task.effort
     return task.kept.of("alternation", problem, effort, lambda: Alternation(problem, effort), own=True)

@@ -11,22 +11,22 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-_PURPOSE = "random forces"  #: Name of this use of the solver in a result.
+_PURPOSE = "random forces"  #: Name in a result's ``solvers`` for programs of random forces.
 
 
 class RandomForces:
-    """Generator of forces in equilibrium and within yield at a given load factor: vertices of the statics.
+    """Generator of random joint forces that are in equilibrium and within yield at a given load factor.
 
-    A draw minimises the sum of the slacks of a random set of yield conditions. Draws at load factors below
-    the lowest known lead to states that a growing load passes by. In space the sides of a polygon limit
-    friction.
+    A draw is a vertex of the feasible set: it minimises the sum of the slacks of a random set of yield
+    conditions. Draws below the lowest known load factor lead to states that a load history misses. In space
+    the sides of a polygon limit friction.
     """
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
         self._problem, self._settings = problem, settings
         self._statics = HighsSession(programs(problem)[0], effort, _PURPOSE)
         finite = np.isfinite(problem.highest - problem.lowest)
-        #: Columns of the ties, props and other forces between finite limits.
+        #: Columns of ties, props and other forces between finite limits in the program.
         self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)
         self._lowest, self._highest = problem.lowest[finite], problem.highest[finite]
 
@@ -36,7 +36,7 @@ class RandomForces:
         return len(self._between_limits) > 0
 
     def largest_load_factor(self, seconds: float = inf) -> float | None:
-        """Return the largest load factor that statics allow; None if none or any load factor is possible."""
+        """Return the largest load factor within equilibrium and yield; None if infinite or not existing."""
         self._statics.set_bounds("load_factor", 0.0, inf)
         self._statics.set_costs("load_factor", np.array([-1.0]))
         self._statics.set_costs("q", np.zeros(self._problem.B.shape[1]))
@@ -47,7 +47,7 @@ class RandomForces:
     def draw(
         self, load_factor: float, rng: np.random.Generator, strength_share: float = 1.0, seconds: float = inf
     ) -> np.ndarray | None:
-        """Return random forces (3c + t,) at a load factor, or None if none are found within the time.
+        """Return random forces (3c + t,) at a load factor; None if no forces are found within the time limit.
 
         Forces between finite limits stay below ``strength_share`` of the way from the lower to the upper
         limit.

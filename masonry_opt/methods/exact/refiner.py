@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.answer.acceptance import Kind, over_load_factor
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
@@ -34,69 +34,38 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-#: Largest number of joints of a small scene. On larger scenes the simplex method takes several times as long
-#: with random costs.
-SMALL = 60
-
-#: Rate above which a face is in the support of a mechanism.
-_RESTS = 1e-9
-
-#: Slack below which a face is at yield.
-_AT_YIELD = 1e-7
-
-#: Share of the largest rate above which a face of a small scene is in the support. It replaces ``_RESTS``,
-#: since corners that are off by 1e-8 of a block turn rates of zero into rates of about 1e-7.
-_AT_WORK = 1e-6
-
-#: Dilatancy below which dilating joints have small rates of their own, so that ``_RESTS`` is used.
-_HARDLY_DILATES = 1e-4
-
-#: Weight, relative to λ, of the energy of rates that are too small for the support.
-_SMALL_RATES = 10.0
-
-#: Largest energy of these rates in an exact state of a small scene, relative to λ. With an energy above 1e-8
-#: the state is exact except for its complementarity.
-_LEFT = 1e-6
-
-#: Size of the random costs, relative to the costs. They make one of many optima, as of aligned joints, the
-#: least. Their seed is 0.
-_RANDOM = 1e-5
-
-#: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead to low states.
-_REPAIRS = 2
-
-#: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.
-_LONGEST = 0.2
-
-_PURPOSE = "refinement"  #: Name of this use of HiGHS in a result.
+_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
 
 
 @dataclass(frozen=True)
 class ExactState:
-    """State under the joints' own flow rule, exact to the solver's rounding."""
+    """Collapse state with the joints' own flow rule, exact up to the solver's rounding."""
 
     problem: Problem
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
-    strength: np.ndarray  #: dual variable of z = 0 of each moving face, which holds λ up, shape (faces,)
-    below: float = inf  #: λ below zero of a state to which the descent from this state leads; else infinite
+    #: Dual variable of z = 0 of each moving face; it shows how strongly the face keeps λ from falling, shape
+    #: (faces,).
+    strength: np.ndarray
+    #: Negative λ of a lower state to which this state leads; infinite without such a state.
+    below: float = inf
 
     exact = Of[bool]("answer")
 
     @cached_property
     def answer(self) -> Answer:
-        """Return the state with its certificate."""
+        """State as an answer with a certificate."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
 class OutOfTime(Exception):
-    """Error: the deadline of a state finder has passed."""
+    """Error: the deadline of the search for exact states has passed."""
 
 
 def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
-    """Return the programs of forces and of a mechanism, without costs, built from the matrices.
+    """Return the linear programs of forces and of a mechanism, without costs, built from the matrices.
 
     They equal the programs that CVXPY compiles from :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and
     ``CvxpyMotion``. The first has the columns "q" and "load_factor" and the rows "yield". The second has the
@@ -128,61 +97,56 @@ def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
 
 
 def _numbers(count: int, first: int = 0) -> np.ndarray:
-    """Return consecutive column or row numbers, from the first on."""
+    """Return ``count`` consecutive column or row numbers that begin with ``first``."""
     return np.arange(first, first + count, dtype=np.int32)
 
 
 class StateFinder(ABC):
-    """Base class of objects that find the exact state near given forces."""
+    """Base class of finders, which compute the exact state near given joint forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self.deadline = inf  #: time of ``time.perf_counter`` from which every program raises OutOfTime
-        #: Number of programs of the last descent that the solver neither solved nor found infeasible. If it
-        #: is not zero, a lower state may have been missed. None if the finder does not count them.
+        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise OutOfTime
+        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
+        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
+        #: not count such programs.
         self.undecided: int | None = None
-        self.size: LpSize | None = None  #: size of the linear program that is solved repeatedly
+        self.size: LpSize | None = None  #: size of the linear program of forces, which is solved repeatedly
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state that forces, shape (3c,), lead to; None if they lead to none."""
+        """Return the exact state found from joint forces, shape (3c,); None without such a state."""
 
     @property
     def seconds_left(self) -> float:
-        """Return the time until the deadline."""
+        """Seconds until the deadline."""
         return max(self.deadline - time.perf_counter(), 0.0)
 
     def check_time(self) -> None:
-        """Raise OutOfTime from the deadline on."""
+        """Raise OutOfTime if the deadline has passed."""
         if time.perf_counter() >= self.deadline:
             raise OutOfTime
 
 
 class Refiner(StateFinder):
-    """State finder by the two linear programs of one problem, which are loaded once."""
+    """State finder that solves the linear programs (a) and (b) of one problem with warm starts."""
 
     undecided: int
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         super().__init__(problem, effort)
+        self._settings = settings
         forces, motion = programs(problem)
-        self._small = small = problem.joints <= SMALL
-        hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
-        self._roughly = small and not hardly.any()
-        # By default HiGHS drops entries below 1e-9. Rows of joints that are skew by less then contradict each
-        # other.
-        smallest_entry = 1e-12 if small else 1e-9
-        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest_entry)
+        smallest = settings.smallest_entry
+        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
-        self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
-        self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return rates, shape (faces,), and velocities, shape (3b,), of the mechanism of least cost·p.
+        """Return rates p, shape (faces,), and velocities, shape (3b,), of the mechanism of least cost·p.
 
         This is program (a). The banned faces are at rest. None is returned if there is no mechanism.
         """
@@ -193,21 +157,20 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ with each face at yield that moves at these rates; None without one.
+        """Return the state of least λ in which all moving faces are at yield; None if no such state exists.
 
         This is program (b). The rates, shape (faces,), and the velocities d, shape (3b,), are those of the
         mechanism.
         """
-        support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
-        small = np.where(support, 0.0, rates) * self._roughly
-        if not self._forces_at(*self.problem.energy_costs(small, _SMALL_RATES), support):
+        support = rates > self._settings.at_rest
+        if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
         return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state that forces, shape (3c,), lead to; None if they lead to none.
+        """Return the exact state found from joint forces, shape (3c,); None without such a state.
 
         The first state is on the mechanism that goes with the forces. Lower states on other mechanisms follow
         until λ falls no more, or would fall to zero.
@@ -220,40 +183,32 @@ class Refiner(StateFinder):
             state, lower = lower, self._lower(lower)
         if state is None:
             return None
-        energy = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
-        is_nearly_exact = self._roughly and energy <= _LEFT
-        if state.answer.failing(Kind.NEARLY_COMPLEMENTARY if is_nearly_exact else Kind.EXACT):
+        if not state.exact:
             return None
         if lower and lower.exact and not self._weightless(lower):
             return replace(state, below=lower.load_factor)
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that programs (a) and (b) lead to from forces, shape (3c,); None without one.
+        """Return the state that programs (a) and (b) find from forces, shape (3c,); None without a state.
 
-        If no forces bring the whole support to yield, these attempts follow:
-
-        - on small scenes, one without random costs, since these may choose faces whose yield conditions are
-          equal except for rounding;
-        - from the forces that come nearest to yield, with least z·p.
+        If no forces bring the whole support to yield, the next attempt starts from the forces that come
+        nearest to yield, with least z·p.
         """
-        for at_random in (*[True] * self._small, *[False] * _REPAIRS):
-            cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
-            mechanism = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
+        for _ in range(1 + self._settings.repairs):
+            mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
             if mechanism is None:
                 return None
-            exact = self.least(*mechanism)
-            if exact:
-                return exact
-            if at_random:
-                continue
-            if not self._forces_at(*self.problem.energy_costs(mechanism[0], WEIGHT)):
+            state = self.least(*mechanism)
+            if state is not None:
+                return state
+            if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
                 return None
             q = self._statics.values("q")
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with lower λ than a state; None if none is found.
+        """Return a state with a lower λ than the given state; None if no lower state is found.
 
         Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
         each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism
@@ -262,7 +217,7 @@ class Refiner(StateFinder):
         self.undecided = 0
         if state.strength.any():
             slack = self.problem.slacks(state.q) / self.problem.steep
-            mechanism = self.mechanism(state.strength / state.strength.max(), slack > _AT_YIELD)
+            mechanism = self.mechanism(state.strength / state.strength.max(), slack > self._settings.at_yield)
             lower = mechanism and self.least(*mechanism)
             if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
                 return lower
@@ -270,11 +225,11 @@ class Refiner(StateFinder):
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
-        """Return True if λ is below zero, and all moving blocks have no load at this λ."""
+        """Return True if λ is negative and no moving block carries a net load at this λ."""
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return forces that maximise λ Σ|f_L| − cost·n, and their rates; None if there are none.
+        """Return forces that maximise λ Σ|f_L| − cost·n, and the rates (dual variables); None without forces.
 
         The shapes are (3c,) and (faces,). The cost, shape (k,), is of the joints that can slide.
         """
@@ -284,16 +239,18 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Find forces of least cost with the held faces at yield, and return True if there are any."""
+        """Find forces of least cost with the ``held`` faces at yield; return True if such forces exist."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
-        self._statics.set_costs("q", force_cost + self._random_of_forces)
+        self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
-        """Return True if the program has an optimum. Raises OutOfTime at the deadline."""
+        """Return True if the program has an optimum. Raises OutOfTime if the deadline passes."""
         self.check_time()
-        verdict = session.solve(min(self.seconds_left, _LONGEST * self.problem.joints))
+        verdict = session.solve(
+            min(self.seconds_left, self._settings.seconds_per_joint * self.problem.joints)
+        )
         if verdict is Verdict.FAILED:
             self.check_time()
         self.undecided += verdict is Verdict.FAILED
@@ -301,15 +258,15 @@ class Refiner(StateFinder):
 
 
 def refiner_of(task: Task) -> Refiner:
-    """Return a refiner of the problem of a task."""
+    """Return the refiner for the problem of a task."""
     with task.effort.measure("build"):
         return Refiner(task.problem, task.effort)
 
 
 class ConeRefiner(StateFinder):
-    """State finder by the alternation of two cone programs.
+    """State finder in space that alternates between two cone programs.
 
-    It does not report the faces that hold λ up, so that neighbours of its states are not known.
+    The finder reports no dual variables of yield conditions, so a search cannot start near its states.
     """
 
     def __init__(
@@ -319,7 +276,7 @@ class ConeRefiner(StateFinder):
         self._alternation, self._weights = alternation, weights
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state that forces (3c + t,) lead to; None if they lead to none."""
+        """Return the exact state found from forces (3c + t,); None if no exact state is found."""
         answer = self._alternation.state_near(q, None, self.check_time, self._weights)
         if answer is None or answer.failing(Kind.EXACT):
             return None
@@ -327,6 +284,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Return an answer as an exact state; the conditions that hold its λ up are not known."""
+    """Return an answer as an exact state, without the dual variables of its yield conditions."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

@@ -12,7 +12,8 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO, is_lower, same
+from masonry_opt.answer.thresholds import SAME, ZERO, is_lower, same
+from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
 from masonry_opt.methods.exact.self_stress import self_stress
@@ -20,50 +21,50 @@ from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.problem import Problem
 
-#: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
-_MOST_ITERATIONS = 15
-
-#: Relative change of the costs below which the fixed-point iteration has converged.
-_CONVERGED = 1e-7
-
-#: Kind of a start, and the exact state to which it led.
+#: Kind of a start, and the exact state found from it (None without one).
 Candidate = tuple[str, ExactState | None]
 
 
 class Met:
-    """Record of the starts of a search, and of the exact states to which they led."""
+    """Record of the starts of a search and of the exact states found from them."""
 
     def __init__(self) -> None:
-        self.load_factors: list[float] = []  #: different load factors of the states, in order of discovery
-        self.candidates = 0  #: number of starts, with or without a state
-        self.lowest = inf  #: least load factor of a physically meaningful state, even if it is not the answer
+        self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
+        self.candidates = 0  #: number of starts, including starts without an exact state
+        #: Lowest load factor of a physically meaningful state, which need not be the answer.
+        self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
         """Count a start, and record the load factor of its state if there is one."""
         self.candidates += 1
-        if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
-            self.load_factors.append(state.load_factor)
+        if state is not None:
+            self.add(state.load_factor)
+
+    def add(self, load_factor: float) -> None:
+        """Record the load factor of a state, unless an equal one is recorded."""
+        if not any(same(load_factor, known) for known in self.load_factors):
+            self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
-        """Load factors above zero of the different states; all load factors if none lies above zero."""
+        """Load factors above zero of the different states; all load factors if none is above zero."""
         return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
-        """True if a state at or below zero lies below all states above zero."""
+        """True if a load factor of zero or below was found that is below all positive load factors."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that count the states above zero, and name the lowest state if it lies at or below zero."""
+        """Reasons that count the states above zero, and name the lowest load factor if not above zero."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
         return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
-        """Return a solution that reports the starts, and the exact states that they led to."""
+        """Return a solution that reports the numbers of starts and of exact states found."""
         if not self.load_factors:
             return solution
         below_zero = self.lowest if self._has_state_below else inf
@@ -73,7 +74,7 @@ class Met:
 
 
 class Search:
-    """Search for lower exact states of one problem, from many starts and around the lowest state."""
+    """Search for lower exact states of one problem, from random starts and near the lowest state."""
 
     def __init__(
         self,
@@ -84,15 +85,22 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
+        #: Lowest state that is known from elsewhere; None without one. Later starts begin from it.
+        self.known: ExactState | None = None
+
+    @property
+    def effort(self) -> Effort:
+        """Return the count of programs, times and solvers."""
+        return self._finder.effort
 
     @cached_property
     def _random(self) -> RandomForces:
-        """Return the generator of random forces, whose program is loaded once."""
+        """Generator of random forces, whose linear program is built once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Return the largest load factor that statics allow; None if none or any load factor is possible."""
+        """Largest load factor within equilibrium and yield; None if infinite or not existing."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
@@ -103,7 +111,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """Yield the states of further starts until a number of starts in a row has found no lower state."""
+        """Yield the states of further starts until several starts in a row have found no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -115,7 +123,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield the states of a number of further starts that depends on the scene alone, not on time.
+        """Yield the states of further starts, whose number depends on the scene only, not on time.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts the only
         other start is the one from the forces of the lowest state.
@@ -149,6 +157,7 @@ class Search:
                 best = lower_of(best, state)
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
+            best = lower_of(best, self.known)
             state = self.start(_STARTS[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state
@@ -156,10 +165,11 @@ class Search:
     def random_forces(
         self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
     ) -> np.ndarray | None:
-        """Return random forces at a share of the lowest load factor, or of the largest that statics allow.
+        """Return random forces in equilibrium with a random share of the lowest known load factor.
 
-        Ties, props and other forces with two limits use at most ``strength_share`` of their strength. A tie
-        that does not yield may allow a lower state than a tie that does.
+        Without a known load factor above zero, the largest one within equilibrium and yield is used. Ties,
+        props and other forces with two limits use at most ``strength_share`` of their strength, because a
+        tie that does not yield may permit a lower state.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:
@@ -169,15 +179,15 @@ class Search:
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
     def _loaded(self, problem: Problem) -> np.ndarray | None:
-        """Return the forces of a load history, at a share of its largest load; None if it has no collapse."""
+        """Return the forces at the end of a load history; None without a collapse."""
         with self._finder.effort.measure("solve"):
             result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
         if result.load_factor is None:
             return None
-        return result.history.state_at(self._settings.history_share * result.carried)[1]
+        return result.history.steps[-1].forces
 
     def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a load history with the loads of each block changed at random."""
+        """Return the forces of a load history in which the loads of each block are changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
         dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
             problem.dead,
@@ -186,39 +196,39 @@ class Search:
         return self._loaded(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a load history from another random preload."""
+        """Return the forces of a load history that starts from a random preload."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._loaded(replace(self.problem, settled=settled))
 
     def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
+        """Return forces at a fixed point of the costs (Acary, Cadoux, Lemaréchal & Malick 2011).
 
-        At a fixed point the cost of a normal force is the dilation that Coulomb's joints lack,
-        (μ − tan φ₀) |slip|.
+        The iteration starts from random costs. At a fixed point the cost of a normal force is the difference
+        between associative and actual opening, (μ − tan φ₀) |slip|.
         """
         assert isinstance(self._finder, Refiner)
         problem = self.problem
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
-        for _ in range(_MOST_ITERATIONS):
+        for _ in range(self._settings.fixed_point_iterations):
             forces_and_rates = self._finder.at_cost(cost)
             if forces_and_rates is None:
                 return None
             q, p = forces_and_rates
             last, cost = cost, closing * problem.table.slip_speed(p)
-            if np.abs(cost - last).max(initial=0.0) <= _CONVERGED * max(1.0, last.max(initial=0.0)):
+            if np.abs(cost - last).max(initial=0.0) <= SAME * max(1.0, last.max(initial=0.0)):
                 break
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces between a state's and lower ones.
+        """Return a random mean of the forces of a state and of forces with a lower load factor.
 
-        The lower forces are those for which a few of the yield conditions that hold λ up are released.
+        The forces with the lower load factor result if a few of the active yield conditions are released.
         """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
             return None
-        holding = np.flatnonzero(state.strength > self._settings.holding_share * state.strength.max())
+        holding = np.flatnonzero(state.strength > SAME * state.strength.max())
         drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
         rates[holding[drawn <= max(self._settings.released_share, drawn.min())]] = 0.0
@@ -233,7 +243,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the lower of two states.
+    """Return the state with the lower load factor; None if both states are None.
 
     - Of two states with equal load factors, it is the exact one, or else the first.
     - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.
@@ -247,20 +257,21 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of a start from the forces of the lowest state.
-_RANDOM_FORCES = "random forces"  #: Kind of a start from random forces in equilibrium.
-_STRESS = "self-stress"  #: Kind of a start from a load history with a random preload.
-_FIXED = "fixed point"  #: Kind of a start from a fixed point of the costs of normal forces.
-_NEIGHBOUR = "neighbour"  #: Kind of a start near the lowest state.
+_LOWEST = "lowest state"  #: Kind of start: the forces of the lowest state.
+_RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
+_STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
+_FIXED = "fixed point"  #: Kind of start: forces at a fixed point of the costs of normal forces.
+_NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
-#: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
-#: come first if a scene has such forces: a tie at its strength hides states in which it does not yield.
-_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
+#: Kinds of starts at which ties and other limited forces use at most a share of their strength. Such starts
+#: come first if a scene has limited forces, because lower states may exist in which a tie does not yield.
+_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in SEARCH.strength_shares}
 
-#: Function that returns the forces of a start, from the search, the lowest state and a random generator.
+#: Function that returns the forces of a start. Its arguments are the search, the lowest state and a random
+#: generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 
-#: Functions of the starts, by kind.
+#: Function of each kind of start.
 _STARTS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
@@ -270,9 +281,11 @@ _STARTS: dict[str, _Start] = {
     **{kind: partial(Search.random_forces, strength_share=share) for kind, share in _WEAKER_TIES.items()},
 }
 
-#: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
-#: of a load history, and a fixed point a third. Fixed points lead lower if a whole slope slides.
+#: Kinds of starts in the plane, in the order of the cycle. Random forces or a neighbour take a tenth of the
+#: time of a load history, and a fixed point takes a third. Fixed points lead to lower states if a whole slope
+#: slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in turn. Random forces lead lower in less time than load histories do.
+#: Kinds of starts in space, in the order of the cycle. Random forces lead to lower states in less time than
+#: load histories.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

@@ -4,12 +4,13 @@
 2. The live load is raised by increments, and after each the blocks come to rest again. Without events (a
    contact that opens, closes, slips or sticks) the response is linear, and an increment grows until it
    meets one. After a damped motion the next increment is small.
-3. At a collapse the exact state is solved for. If its load factor lies between the load that is carried and
-   the one that is not, loads just below and above are tried next; else the load in the middle.
-4. The search ends when both loads differ by ``smallest_increment`` and an exact state lies between them, or
-   by ``tolerance``. The exact state is then solved for once more, from the last equilibrium. The search also
-   ends if the response stays linear while the load grows a thousandfold: the load has no
-   limit.
+3. At a collapse the exact state of the motion is solved for. If its load factor lies between the load that
+   is carried and the load that is not, the search goes on with loads just below and above this state. It ends
+   when the state is the limit, and solves for the state once more from the last equilibrium.
+4. Without an exact state, Newton's method bisects the load until the load that it reaches and the load that
+   it does not differ by less than 1e-6. A damped motion shows that the blocks do not carry ``tolerance``
+   more. The load factor is the range between both loads.
+5. If the response stays linear while the load grows ``unbounded`` times, the load has no limit.
 """
 
 from collections.abc import Callable
@@ -23,6 +24,7 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.motion import weightless
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
 from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
@@ -36,14 +38,6 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
-
-#: Distance of the loads that are tried next from that of an exact state, relative to ``tolerance``. With a
-#: third both loads together lie closer than the tolerance.
-NEXT_TO_EXACT = 1 / 3
-
-#: Relative distance from the bracket of an exact state that counts as its limit. Where slip directions turn
-#: towards a mechanism, elastic contacts carry some 1e-6 more than the state that they approach.
-ROUNDING = 1e-5
 
 
 class End(StrEnum):
@@ -64,7 +58,7 @@ class IncrementalResult:
     history: LoadHistory
     carried: float = 0.0  #: largest load factor under which the blocks found equilibrium
     not_carried: float = inf  #: load factor under which they collapsed
-    state: Answer | None = None  #: exact state at a load factor between both
+    state: Answer | None = None  #: exact state at a load factor between ``carried`` and ``not_carried``
     #: Exact state in which the blocks move on after the collapse, under a load factor below ``carried``.
     state_in_motion: Answer | None = None
     #: Motion under ``not_carried``, or under a dead load that is not carried.
@@ -78,7 +72,7 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return the result with an exact state of the collapse, unless it has one or the state is higher.
+        """Return the result with a given exact state added, if the state belongs to the collapse.
 
         A state between both loads is that of the collapse. In a lower one the blocks move on after it.
         """
@@ -92,11 +86,8 @@ class IncrementalResult:
 
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if the load factor of a state lies between two others, up to rounding.
-
-    Rounding is relative to ``size``.
-    """
-    rounding = ROUNDING * size
+    """Return True if the load factor of a state lies between two others, up to ``SAME`` of ``size``."""
+    rounding = SAME * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
 
@@ -110,7 +101,7 @@ class IncrementalAnalysis:
         compliance: np.ndarray | None = None,
         matrix: StiffnessMatrix | None = None,
     ) -> None:
-        """Set up the solver; compliance and matrix are those of :class:`EquilibriumSolver`."""
+        """Set up the solver from the arguments of :class:`EquilibriumSolver`."""
         self.problem = problem
         self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
 
@@ -120,7 +111,7 @@ class IncrementalAnalysis:
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
-        """Return the load history to its end. ``progress`` is called with each load step."""
+        """Return the load history up to collapse; ``progress`` is called with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
         if isinstance(self.preload, SlowMotion):
@@ -129,13 +120,13 @@ class IncrementalAnalysis:
 
     @property
     def preload_forces(self) -> np.ndarray | None:
-        """Joint forces (3c + t,) under the dead load from rest; None if it is not carried."""
+        """Joint forces (3c + t,) under the dead load from rest; None if the dead load is not carried."""
         if not isinstance(self.preload, Equilibrium):
             return None
         return self.solver.law.of_problem(self.preload.response.forces)
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
-        """Return an analysis of a problem of the same joints, itself if the problem is its own.
+        """Return an analysis of another problem with the same joints, with the same settings.
 
         The order of the unknowns is kept if the elastic stiffness is the same.
         """
@@ -156,7 +147,7 @@ class IncrementalAnalysis:
 
 
 def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> IncrementalAnalysis:
-    """Return the incremental analysis of a task's problem, which is kept for the task."""
+    """Return the incremental analysis of a task's problem; later calls return the same object."""
     problem, settings = task.problem, settings or IncrementalSettings()
 
     def build() -> IncrementalAnalysis:
@@ -166,7 +157,7 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if a collapse mechanism (3b,) at a load factor says something about the live load.
+    """Return True if a collapse mechanism (3b,) is caused by the live load.
 
     If the net load of all blocks that move vanishes at this load factor, the mechanism counts only if the
     scene does not carry its dead load from rest.
@@ -175,7 +166,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
 
 
 class _LoadRaising:
-    """Raises the live load from the preload, and brackets the collapse."""
+    """Search for the collapse load, which raises the live load step by step from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -184,7 +175,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        self.slow: list[float] = []  # load factors of slow motions from the last equilibrium
+        self.slow: list[float] = []  # load factors of slow motions since the last equilibrium
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
         self.state_in_motion: Answer | None = None
@@ -197,7 +188,7 @@ class _LoadRaising:
 
     @cached_property
     def rate(self) -> np.ndarray:
-        """Displacement per load factor at the last equilibrium by its tangent, shape (3b,)."""
+        """Tangent displacement of the blocks per unit of the load factor, shape (3b,)."""
         return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
 
     def run(self) -> IncrementalResult:
@@ -205,14 +196,14 @@ class _LoadRaising:
         for _ in range(self.settings.increments):
             if self._is_bracketed() or (self.slow and self.not_carried < inf):
                 return self._result(End.COLLAPSE)
-            if self.carried > self.settings.largest_load * self.unit:
-                break
             if self.not_carried < inf:
                 self._narrow()
                 continue
             increment = self._extend_linearly(self._choose_increment())
             if increment == inf:
                 return self._result(End.UNBOUNDED)
+            if self.carried > self.settings.unbounded * self.unit:
+                break
             self._raise_to(self.carried + increment)
             if self.slow and not self._pass_slow_motion():
                 return self._result(End.SLOW)
@@ -239,15 +230,15 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Raise the load beyond a slow motion; return False if motions under higher loads are slow too."""
+        """Try loads above the load of a slow motion; return False if these motions are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
-        while self.slow and self.not_carried == inf and increment < self.settings.largest_increment:
+        while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
             increment *= 2
         return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
-        """Raise the load if Newton's method finds the equilibrium under it, and return True if so."""
+        """Raise the load by Newton's method, and return True if the method finds an equilibrium."""
         predictor = (load_factor - self.carried) * self.rate
         found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
         if found is None:
@@ -257,20 +248,24 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Go on from an equilibrium under a higher load."""
+        """Record an equilibrium under a higher load, from which the search continues."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
         self.slow = []
         self._record(found)
-        if self.state is not None and not self._is_in_bracket(self.state):
+        if self.state is not None and not self._may_be_limit(self.state):
             self.state = None
+
+    def _may_be_limit(self, state: Answer) -> bool:
+        """Return True if an exact state can still be the limit of the load."""
+        return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
         return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the size of a load factor, to which differences are relative; it is never zero."""
+        """Return the positive scale to which differences of a load factor are relative."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -278,21 +273,20 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # The contacts that slipped in the motion may stick now: a small increment finds out.
+            # Contacts that slipped during the motion may stick now. A small increment shows which do.
             return settings.tolerance * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
         by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
-        largest = settings.largest_increment * max(self.carried, self.unit)
         least = settings.smallest_increment * load_factor
-        return max(least, min(by_forces, largest, 2 * self.last_increment))
+        return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
-        """Raise the load that is carried, or lower the one that is not.
+        """Narrow the bracket between the load that is carried and the load that is not.
 
-        Beside an exact state these are loads just below and above it. Newton's method alone tries the load
-        above: if it succeeds, the state is not the limit. Without an exact state it is the load in the middle
-        of that which is carried and the least that Newton's method did not reach. Once both are close the
-        blocks move.
+        With an exact state the next loads lie just below and just above the state. Newton's method alone
+        tries the load above: if the method succeeds, the state is not the limit. Without an exact state
+        Newton's method bisects. Once the bisection is narrow, a damped motion tests the load that the
+        method does not reach.
         """
         if self.state is not None:
             below, above = self._beside(self.state)
@@ -303,18 +297,24 @@ class _LoadRaising:
             else:
                 further = self.settings.smallest_increment / 2 * self._size_of(self.state.load_factor)
                 self._raise_to(self.state.load_factor + further)
-        elif self.unreached - self.carried > self.settings.tolerance * self._size_of(self.unreached):
-            self._reach((self.carried + self.unreached) / 2)
-        else:
+            return
+        is_reached = self._is_close(self.carried, self.unreached)
+        if is_reached and not self._is_close(self.carried, self.not_carried):
             self._raise_to(self.unreached)
+        else:
+            self._reach((self.carried + self.unreached) / 2)
+
+    def _is_close(self, load_factor: float, larger: float) -> bool:
+        """Return True if two load factors differ by the tolerance at most."""
+        return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
         """Return load factors just below and above that of an exact state, within the bracket."""
-        apart = NEXT_TO_EXACT * self.settings.tolerance * self._size_of(state.load_factor)
+        apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Return the increment, doubled as long as it meets no event; infinity if it never does."""
+        """Return the increment, doubled up to the first change of a contact; infinity without any change."""
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )
@@ -326,19 +326,22 @@ class _LoadRaising:
         return increment
 
     def _is_linear_up_to(self, increment: float) -> bool:
-        """Return True if the contacts balance the load after an increment at the rate of the tangent."""
+        """Return True if no contact changes its state during an increment of the load factor."""
         trial = self.reached.state.trial + increment * self.solver.trial_change(self.rate)
         load = self._load(self.carried + increment)
         return self.solver.is_balanced(self.solver.unbalanced(self.solver.law.respond(trial), load), load)
 
     def _is_bracketed(self) -> bool:
-        """Return True if the collapse is known well enough."""
+        """Return True if the bracket of the collapse load is narrow enough."""
         if self.not_carried == inf:
             return False
-        gap, size = self.not_carried - self.carried, self._size_of(self.not_carried)
-        if gap <= self.settings.tolerance * size:
-            return True
-        if self.state is None or gap > self.settings.smallest_increment * size:
+        settings, size = self.settings, self._size_of(self.not_carried)
+        if self._is_close(self.carried, self.not_carried):
+            # A load that is negligible beside the dead load is not bisected: rounding would decide.
+            is_negligible = self.carried == 0
+            is_fine = self.unreached - self.carried <= SAME * size
+            return self.state is not None or is_negligible or is_fine
+        if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False
         below, above = self._beside(self.state)
         return below <= self.carried and self.unreached <= above
@@ -376,7 +379,7 @@ class _LoadRaising:
         )
 
     def _find_exact_state(self) -> Answer | None:
-        """Return the exact state between the loads that are carried and not carried, if they are close.
+        """Return the exact state of the collapse; None if no exact state lies in the bracket.
 
         It is solved for once more, from the equilibrium under the load that is carried. From there the
         contacts slip less on the way to it than from the motion under a load that is too large, so that it

@@ -23,24 +23,20 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 
-#: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
-#: elastic displacements. It is some thousand times the rounding of the trial forces.
-ROUNDING = 1e-13
-
 
 @dataclass(frozen=True)
 class _FarState:
     """A state far along the motion."""
 
     load_factor: float
-    trial: np.ndarray  #: that the contacts remember, shape (3, m)
+    trial: np.ndarray  #: trial forces that the contacts remember, shape (3, m)
     forces: np.ndarray  #: shape (3, m)
     d: np.ndarray  #: displacement, shape (3b,)
     mechanism: np.ndarray  #: y, shape (3b,)
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
-    """Return the exact state of a collapse under a load factor; None if displacement control finds none."""
+    """Return the exact state of a collapse by displacement control; None if the method fails."""
     trial, motion = collapse.state.trial, collapse.motion
     for _ in range(solver.settings.exact_solves):
         far = _solve_far_along(solver, trial, motion, load_factor)
@@ -56,7 +52,7 @@ def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_fac
 def find_collapse_state(
     solver: EquilibriumSolver, collapse: Collapse, effort: Effort | None = None
 ) -> Answer | None:
-    """Return the exact state that two programs in turn find near a collapse; None if they find none.
+    """Return the exact state that two programs find near a collapse; None without a state.
 
     In the plane linear programs solve for the mechanism and the statics of the forces at the collapse. In
     space and on large scenes interior points do so.
@@ -78,11 +74,13 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state ``far`` along the motion (3b,) from trial forces (3, m); None if there is none."""
+    """Return the state ``far`` along a motion (3b,); None if Newton's method fails."""
     problem = solver.problem
     if solver.moves_no_joint(motion):
         return _balance_rigid_motion(solver, trial, motion)
-    far = solver.far(problem.dead + load_factor * problem.live)
+    load = problem.dead + load_factor * problem.live
+    far = solver.far(load)
+    negligible = solver.settings.rounding * max(1.0, solver.size(load)) * solver.mean_force
     d = motion * (far / solver.size_of_motion(motion))
     control = solver.matrix.B @ solver.trial_change(d).ravel()
     for _ in range(solver.settings.newton_iterations):
@@ -92,7 +90,7 @@ def _solve_far_along(
         x, y = both.T
         if not np.isfinite(both).all() or control @ y == 0:
             return None
-        if np.abs(left).max() <= ROUNDING * far * solver.mean_force:
+        if np.abs(left).max() <= negligible:
             return _FarState(load_factor, response.remembered, response.forces, d, y)
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change
@@ -102,7 +100,7 @@ def _solve_far_along(
 def _balance_rigid_motion(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
 ) -> _FarState | None:
-    """Return the state in which the loads do no work on a motion (3b,) that moves no joint, or None."""
+    """Return the state in which all loads do no work on a rigid motion (3b,), or None."""
     problem, response = solver.problem, solver.law.respond(trial)
     work = float(problem.live @ motion)
     if work == 0:
@@ -112,7 +110,7 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return the state with its displacement or its mechanism as velocities, the better certified one.
+    """Return a state with its certificate, with the velocities that satisfy the conditions better.
 
     Without work of the live load there is no load factor: None.
     """

@@ -27,35 +27,23 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Relative distance from the limit within which a joint counts as sliding. It covers rounding: forces that
-#: are remembered at the limit are there to some 1e-16.
-AT_LIMIT = 1e-10
 
-#: Force, relative to the mean contact force, up to which a contact counts as touched but not pressed: it is
-#: closed and sticks. Joints that the dead load does not press have forces of zero, up to rounding.
-TOUCHING = 1e-11
-
-#: Newton iterations for the slip of joints that dilate, at most. Piecewise linear equations of one unknown
-#: with two breakpoints need four; with the chords of the strength some more.
-SLIP_ITERATIONS = 60
-
-#: Stiffness that is added to the diagonal of B Bᵀ, for blocks that no force holds. It is small beside the
-#: entries of that matrix, which are near one.
-REGULARISATION = 1e-12
-
-
-def mean_force_and_compliance(problem: Problem) -> tuple[float, np.ndarray]:
+def mean_force_and_compliance(
+    problem: Problem, settings: IncrementalSettings | None = None
+) -> tuple[float, np.ndarray]:
     """Return the mean contact force under the dead load, and the compliance of each force, shape (3c + t,).
 
     Under the mean force a joint of mean length, in space of mean area, closes by one unit. The stiffness
     grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
     is that of the least squares solution of equilibrium under the dead load.
     """
+    settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
-    blocks = problem.B @ problem.B.T + REGULARISATION * sp.eye_array(problem.dead.size)
+    blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
     mean_force = float(np.abs(problem.at_points(forces)).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
@@ -78,13 +66,21 @@ class Response:
 class ContactLaw:
     """Return mapping of all joints and limited forces of a problem. See the docstring of the module."""
 
-    def __init__(self, problem: Problem, compliance: np.ndarray, mean_force: float = 1.0) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        compliance: np.ndarray,
+        mean_force: float = 1.0,
+        settings: IncrementalSettings | None = None,
+    ) -> None:
         """Set up the law of a problem.
 
         ``compliance`` is the motion of each force of the problem per unit of force, shape (3c + t,), and
         ``mean_force`` the mean contact force under the dead load.
         """
-        self._touching = TOUCHING * mean_force
+        settings = settings or IncrementalSettings()
+        self._rounding, self._iterations = settings.rounding, settings.newton_iterations
+        self._touching = self._rounding * mean_force
         joints = problem.joints
         self.joints, self.points = joints, problem.layout.points
         self.stiffness = 1 / by_joint(compliance, joints, fill=1.0)
@@ -143,8 +139,8 @@ class ContactLaw:
         at_lowest, at_highest = self._yields_at_lowest, self._yields_at_highest
         lowest, highest = self.lowest[at_lowest], self.highest[at_highest]
         yields = np.zeros(free.shape, dtype=bool)
-        yields[at_lowest] |= free[at_lowest] <= lowest + AT_LIMIT * np.abs(lowest)
-        yields[at_highest] |= free[at_highest] >= highest - AT_LIMIT * np.abs(highest)
+        yields[at_lowest] |= free[at_lowest] <= lowest + self._rounding * np.abs(lowest)
+        yields[at_highest] |= free[at_highest] >= highest - self._rounding * np.abs(highest)
         return yields
 
     def _map_joints(
@@ -160,7 +156,7 @@ class ContactLaw:
         limit = self.cohesion + self.friction * n.sum(axis=0)
         # A joint without any force, as before the dead load acts, sticks.
         untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
-        slides = self.can_slide & (size >= (1 - AT_LIMIT) * limit) & ~untouched
+        slides = self.can_slide & (size >= (1 - self._rounding) * limit) & ~untouched
         remembered[normal] = trial[normal]
         if self._dilates:
             slip = self._find_slip(trial[normal], size, slides)
@@ -214,7 +210,7 @@ class ContactLaw:
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
         slip = low
-        for _ in range(SLIP_ITERATIONS):
+        for _ in range(self._iterations):
             n, pressed = self._press(trial + opens * slip)
             excess = slides * (size - stiff * slip - self.cohesion - self.friction * n.sum(axis=0))
             low, high = np.where(excess > 0, slip, low), np.where(excess < 0, slip, high)

@@ -12,10 +12,10 @@ implicit Euler method,
 
     (2)  r(d) - η B k Bᵀd = 0,
 
-solved by Newton's method until the residual is a share ``motion`` of the forces out of balance at the start.
+solved by Newton's method until the residual is half of the forces out of balance at the start.
 The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
-open, close, slip or stick so that no iteration is, the step ends where the residual of the first direction
-reaches that share. The damping falls after whole steps and grows after parts.
+open, close, slip or stick so that no iteration is, the step is halved until the residual of the first
+direction is so small. The damping falls after whole steps and grows after parts.
 """
 
 from dataclasses import dataclass
@@ -32,30 +32,6 @@ from masonry_opt.methods.incremental.contact_law import (
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
 from masonry_opt.problem.problem import Problem
-
-#: Share of the predicted decrease of the residual that a Newton step must achieve (Armijo's rule). If
-#: larger, more steps are halved.
-SUFFICIENT_DECREASE = 1e-4
-
-#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
-#: blocks move without moving any joint. It lies far above rounding, some 1e-12.
-UNRESISTED = 1e-3
-
-#: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
-NO_JOINT_MOVES = 1e-9
-
-#: Newton iterations of a step in time at most. In the plane the first decides; in space directions of slip
-#: turn, and a second or third iteration saves a shorter step.
-NEWTON_PER_STEP = 3
-
-#: Length of the shortest step in time, relative to the whole step. Shorter ones are tried again with more
-#: damping.
-SHORTEST_STEP = 1 / 32
-
-#: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion without
-#: end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks may be
-#: missed.
-STEADY = 1e-2
 
 
 @dataclass(frozen=True)
@@ -79,26 +55,26 @@ class Equilibrium:
 class Collapse:
     """A motion beyond ``far``."""
 
-    state: BlockState  #: during the motion
-    motion: np.ndarray  #: displacement with which the motion goes on from there, shape (3b,)
+    state: BlockState  #: state of the blocks during the motion
+    motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
 
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """A motion that ended neither in equilibrium nor beyond ``far`` after ``motion_solves``."""
+    """A damped motion that took ``motion_solves`` without equilibrium or collapse."""
 
     state: BlockState  #: at the end
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Displacements from a state, and the response to them."""
+    """Displacements from a state, and the response of the contacts."""
 
     state: BlockState
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: of (2), or of (1) without damping, shape (3b,)
+    residual: np.ndarray  #: residual of (2), or of (1) without damping, shape (3b,)
 
 
 class EquilibriumSolver:
@@ -125,11 +101,13 @@ class EquilibriumSolver:
         another problem is used again if it suits the contacts.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
-        self.mean_force, by_extent = mean_force_and_compliance(problem)
+        self.mean_force, by_extent = mean_force_and_compliance(problem, self.settings)
         compliance = by_extent if compliance is None else compliance
-        self.law = ContactLaw(problem, compliance, self.mean_force)
+        self.law = ContactLaw(problem, compliance, self.mean_force, self.settings)
         suits = matrix is not None and matrix.suits(problem, self.law)
-        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
+        if matrix is None or not suits:
+            matrix = StiffnessMatrix(problem, self.law, self.settings)
+        self.matrix = matrix
         self.iterations = self.factorisations = 0
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
@@ -142,7 +120,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
+        """Return the equilibrium of the blocks under a load (3b,) from a state, or their collapse.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
         beyond ``far`` does not count: joints that are not quite parallel jam there.
@@ -160,11 +138,11 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
+        """Follow the damped motion (2) to equilibrium, to collapse, or to the largest number of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
-        settings, damping = self.settings, self.settings.damping
+        settings, damping = self.settings, 1.0
         travelled = checked = 0.0
         start = self._evaluate(state, load)
         last = self.iterations + settings.motion_solves
@@ -233,7 +211,7 @@ class EquilibriumSolver:
         return self.settings.equilibrium * max(1.0, self.size(load))
 
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
-        """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
+        """Return a motion of blocks without resistance by any contact; None if every motion is resisted.
 
         The damping, which is that of the contacts, does not slow such a motion.
         """
@@ -242,17 +220,17 @@ class EquilibriumSolver:
         sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
         motion = self.solve_linear(sticks, 0.0, unbalanced)
         left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
-        if self.size(left) <= UNRESISTED * self.size(unbalanced):
+        if self.size(left) <= self.settings.unresisted * self.size(unbalanced):
             return None
         rigid: np.ndarray = motion / np.abs(motion).max()
         return rigid
 
     def moves_no_joint(self, displacement: np.ndarray) -> bool:
         """Return True if a displacement (3b,) moves blocks without moving any joint."""
-        return self.size_of_motion(displacement) <= NO_JOINT_MOVES * float(np.abs(displacement).max())
+        return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
+        """Return the displacement ``far`` along a mechanism, or None if the motion may still stop.
 
         Without damping these forces cause a displacement that is this large only along a mechanism.
         """
@@ -263,25 +241,23 @@ class EquilibriumSolver:
             return None
         motion = motion * (far / size)
         change = self._evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
-        return motion if self.size(change) <= STEADY * self.size(step.unbalanced) else None
+        return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
         """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.
 
-        Newton's method goes on as long as each iteration halves the residual, three times at most. If it
-        fails, the step is a part of the first iteration; None if that part is too short.
+        Newton's method goes on as long as each iteration halves the residual. If it fails, the step is a part
+        of the first iteration; None if that part is too short.
         """
         size = self.size(start.unbalanced)
         limit = 2 * size
         first = step = self._iterate(start, start, load, damping)
         error = self.size(step.residual)
-        for _ in range(NEWTON_PER_STEP - 1):
-            if error <= self.settings.motion * size or error > limit:
-                break
+        while size / 2 < error <= limit:
             limit = error / 2
             step = self._iterate(start, step, load, damping)
             error = self.size(step.residual)
-        if error <= self.settings.motion * size:
+        if error <= size / 2:
             return step, 1.0
         return self._shorten(start, first, load)
 
@@ -291,22 +267,20 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Return the longest part of a step that the tangent predicts well, and its length.
+        """Halve a step until the tangent predicts the forces well; return the part and its length.
 
         The tangent predicts that forces out of balance change linearly to those that the damping balances.
         """
-        enough = self.settings.motion * self.size(start.unbalanced)
+        enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual
-        found, length, too_long = None, 0.0, 1.0
-        while too_long > max(SHORTEST_STEP, 1.5 * length):
-            share = (length + too_long) / 2
+        share = 1.0
+        for _ in range(self.settings.halvings):
+            share /= 2
             part = self._evaluate(start.state, load, 0.0, share * whole.displacement)
             error = part.unbalanced - (1 - share) * start.unbalanced - share * predicted
             if self.size(error) <= enough:
-                found, length = part, share
-            else:
-                too_long = share
-        return found, length
+                return part, share
+        return None, 0.0
 
     def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
         """Solve (1) by Newton's method with backtracking; None if it fails."""
@@ -320,8 +294,7 @@ class EquilibriumSolver:
             for _ in range(self.settings.halvings + 1):
                 step = self._evaluate(state, load, 0.0, last.displacement + length * direction)
                 new_size = self.size(step.residual)
-                is_less = new_size <= (1 - SUFFICIENT_DECREASE * length) * size
-                if is_less or self.is_balanced(step.residual, load):
+                if new_size < size or self.is_balanced(step.residual, load):
                     break
                 length /= 2
             else:
@@ -332,7 +305,7 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the response to a displacement (3b,) from a state; by default to none."""
+        """Return the response of the contacts to a displacement (3b,) from a state."""
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)

@@ -22,9 +22,9 @@ from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.load_history import LoadStep
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.incremental.analysis import (
-    ROUNDING,
     End,
     IncrementalAnalysis,
     IncrementalResult,
@@ -34,10 +34,6 @@ from masonry_opt.methods.incremental.analysis import (
 from masonry_opt.methods.incremental.collapse_state import find_collapse_state
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.task import Options, Task
-
-#: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If larger,
-#: the contacts differ more.
-STIFFNESS_DEVIATION = 0.5
 
 
 class IncrementalOptions(Options):
@@ -91,7 +87,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         found = Found(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
         return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
     if result.history.steps:
-        solution = replace(solution, history=result.history.steps, load_history=result.history)
+        solution = replace(solution, history=result.history.steps)
     if result.end is End.UNBOUNDED:
         return solution.ended(Status.SOLVER_FAILED, Code.UNBOUNDED, steps=steps)
     if result.end in (End.SLOW, End.UNDECIDED):
@@ -129,7 +125,7 @@ def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
     state = result.state or result.state_in_motion
-    return state if state is not None and state.load_factor <= 1 + ROUNDING else None
+    return state if state is not None and state.load_factor <= 1 + SAME else None
 
 
 def _undecided(result: IncrementalResult) -> dict[str, Any]:
@@ -150,10 +146,8 @@ def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
 
     A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
     """
-    rng = np.random.default_rng(0)
-    stiffness, by_stiffness = _range(
-        analysis.with_random_stiffness(STIFFNESS_DEVIATION, rng) for _ in range(draws)
-    )
+    rng, deviation = np.random.default_rng(0), analysis.solver.settings.stiffness_deviation
+    stiffness, by_stiffness = _range(analysis.with_random_stiffness(deviation, rng) for _ in range(draws))
     stress, by_stress = _range(_stressed(analysis, number, rng) for number in range(draws))
     without = 2 * draws - by_stiffness - by_stress
     return reason(Code.SPREAD, draws=draws, stiffness=stiffness, stress=stress, without=without)

@@ -31,39 +31,27 @@ class IncrementalSettings:
     #: search. If smaller, there are more increments near collapse; if larger, the path is less accurate
     #: there.
     smallest_increment: float = 1e-2
-    #: Largest increment, relative to the load factor, where the response is not linear. If smaller, high
-    #: loads take more increments; if larger, one increment may pass a collapse that lasts only a short
-    #: while.
-    largest_increment: float = 0.3
     #: Number of increments at most. If smaller, loads without any limit end sooner, but long histories may
     #: too.
     increments: int = 2000
-    #: Factor by which the load must grow without any event to prove that it has no limit. If smaller, an
-    #: event at a very high load may be missed; if larger, rounding may look like an event.
-    unbounded: float = 1e3
-    #: Load at which the search ends without a result, relative to the mean contact force. If smaller,
-    #: strongly wedged scenes remain undecided; if larger, they take longer.
-    largest_load: float = 1e4
+    #: Factor by which the load must grow without any event to prove that it has no limit. Loads larger than
+    #: this multiple of the mean contact force are not raised further without such a proof. If smaller, an
+    #: event at a very high load may be missed; if larger, wedged scenes without a proof take longer.
+    unbounded: float = 1e5
 
     #: Force out of balance at equilibrium, relative to the mean contact force, or to the load if that is
     #: larger. If smaller, Newton's method takes more iterations; if larger, errors add up over the history.
-    equilibrium: float = 1e-7
+    equilibrium: float = 1e-9
     #: Iterations of Newton's method at most. If smaller, the damped motion begins more often; if larger,
     #: solves that fail take longer.
     newton_iterations: int = 20
-    #: Halvings of a Newton step at most, in search of a smaller residual. If smaller, the damped motion
-    #: begins more often; if larger, solves that fail take longer.
+    #: Halvings of a Newton step at most, in search of a smaller residual, and of a step in time that is too
+    #: long. If smaller, the damped motion begins more often; if larger, solves that fail take longer.
     halvings: int = 4
 
-    #: Damping at the start of a motion, relative to the elastic stiffness. If smaller, the first steps may
-    #: be too long and are taken in part; if larger, the motion takes more steps.
-    damping: float = 1.0
     #: Factor by which the damping falls after a whole step in time, and grows after a part of one. If
     #: smaller, the motion takes more steps; if larger, more of them are too long.
     acceleration: float = 4.0
-    #: Residual of a step in time, relative to the forces out of balance at its start. If smaller, steps are
-    #: shorter or take more iterations; if larger, the motion is less accurate.
-    motion: float = 0.5
     #: Linear solves of a motion at most. If it ends neither at rest nor beyond ``far``, its load is
     #: undecided. If smaller, slow slides remain undecided; if larger, they take longer.
     motion_solves: int = 1000
@@ -71,3 +59,25 @@ class IncrementalSettings:
     #: collapses in space, where directions of slip turn, have no exact state; if larger, those without one
     #: take longer.
     exact_solves: int = 4
+    #: Share of the forces out of balance that no contact resists, even if all contacts stick, above which
+    #: blocks move without moving any joint. If smaller, rounding may look like such a motion; if larger, the
+    #: motion of a few small blocks may be missed.
+    unresisted: float = 1e-3
+    #: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion
+    #: without end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks
+    #: may be missed.
+    steady: float = 1e-2
+    #: Relative rounding. Within it of the friction limit a joint slides, a force is zero, relative to the
+    #: mean contact force, and a motion of the blocks moves no joint. If smaller, rounding errors count; if
+    #: larger, joints near their limit slide too early.
+    rounding: float = 1e-9
+    #: Stiffness that is added to the diagonal of matrices, and damping that always remains, relative to the
+    #: elastic stiffness. If smaller, matrices of free blocks are singular to rounding; if larger, mechanisms
+    #: are less exact.
+    regularisation: float = 1e-14
+    #: Half-bandwidth up to which matrices are factorised as banded ones, as in the plane. Wider ones are
+    #: factorised as sparse matrices. The choice affects times alone.
+    narrow_band: int = 200
+    #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If
+    #: larger, the contacts differ more.
+    stiffness_deviation: float = 0.5

@@ -14,23 +14,8 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.incremental.contact_law import ContactLaw, by_joint
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.problem import Problem
-
-#: Half-bandwidth over the number of unknowns up to which a banded factorisation is used, as in the plane.
-#: With a wider band sparse factors are faster.
-NARROW_BAND = 0.25
-
-#: Half-bandwidth up to which a banded factorisation is used, whatever the number of unknowns.
-SMALL_BAND = 60
-
-#: Damping that always remains: it makes the matrix regular where blocks can move freely, and chooses among
-#: several mechanisms one in which the joints move about alike. If larger, mechanisms are less exact; if
-#: smaller, the matrix is singular to rounding.
-LEAST_DAMPING = 1e-13
-
-#: Stiffness that is added to the diagonal, relative to the largest elastic stiffness, for blocks that move
-#: without any joint. If larger, mechanisms are less exact; if smaller, the matrix is singular to rounding.
-REGULARISATION = 1e-15
 
 
 class Factors(Protocol):
@@ -43,7 +28,10 @@ class Factors(Protocol):
 class StiffnessMatrix:
     """Assembles and factorises S = B J k Bᵀ + η B k Bᵀ for any tangent J and damping η."""
 
-    def __init__(self, problem: Problem, law: ContactLaw) -> None:
+    def __init__(
+        self, problem: Problem, law: ContactLaw, settings: IncrementalSettings | None = None
+    ) -> None:
+        settings = settings or IncrementalSettings()
         self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
@@ -66,11 +54,11 @@ class StiffnessMatrix:
         self._assembly = sp.csr_array((values, (entry, tangent_entry)), shape=shape)
         self._elastic = self._assembly @ np.broadcast_to(np.eye(3)[:, :, None], (3, 3, m)).ravel()
         largest = float(np.abs(self._elastic).max(initial=0.0)) or 1.0
-        self._regularisation = LEAST_DAMPING * self._elastic
-        self._regularisation[np.searchsorted(self._places, diagonal)] += REGULARISATION * largest
+        self._regularisation = settings.regularisation * self._elastic
+        self._regularisation[np.searchsorted(self._places, diagonal)] += settings.regularisation * largest
         rows, columns = self._places % self.size, self._places // self.size
         band = Band(rows, columns, self.size)
-        is_narrow = band.width <= max(NARROW_BAND * self.size, SMALL_BAND)
+        is_narrow = band.width <= settings.narrow_band
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:

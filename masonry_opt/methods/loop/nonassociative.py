@@ -19,24 +19,24 @@ from masonry_opt.standing.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reasons not to accept the load factor to which a run converged, while a remedy is left to try."""
+    """Reasons to reject the load factor of a converged run as long as untried remedies remain."""
 
     INEXACT = "converged to no exact state"
-    ROUGH = "converged roughly where the flow rule has no influence"
+    ROUGH = "converged to a large tolerance; the flow rule has no influence"
 
 
-#: Ways in which a run fails.
+#: Failures of a run: a status without convergence, or a shortfall of a converged run.
 Failure = Status | Shortfall
 
-#: Function that takes the last attempt and returns the next one; None if it would change nothing.
+#: Function that changes the last attempt into the next one. None means that nothing would change.
 Remedy = Callable[[Attempt], Attempt | None]
 
-#: Remedies that are not tried yet, by failure.
+#: For each failure, the remedies that were not yet tried.
 _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return the attempt with accurate sub-problems, since rough ones prove little; None if already tried."""
+    """Return the attempt with accurate instead of rough sub-problems; None if already tried."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -44,7 +44,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return the attempt with a third of the slope α; None if α has reached ``alpha_min``.
+    """Return the attempt with a third of the slope α; None if α has reached its minimum.
 
     A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
     """
@@ -54,12 +54,12 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return the attempt with half the weight β of the newest normal forces."""
+    """Return the attempt with half the weight β of the latest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return the attempt with the cohesive start of section 6.3; None if already tried.
+    """Return the attempt with the paper's cohesive start (section 6.3); None if already tried.
 
     Dilatancy cannot lock this start.
     """
@@ -67,20 +67,21 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return the attempt with Clarabel, or after Clarabel with the interior points of HiGHS."""
+    """Return the attempt with Clarabel, or with the interior-point method of HiGHS if Clarabel failed."""
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return the attempt with another value of one option, which its remedy names."""
+    """Return the attempt with another value of one option; its ``remedy`` names option and value."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies after each failure, in order; each entry is tried once. Each remedy answers a scene of the failure
-#: atlas. More or less small cohesion is no remedy: it answered 3 of 193 scenes, which "coulomb" solves too.
+#: For each failure, the remedies in the order in which they are tried, each once. Each remedy solves a scene
+#: of the failure atlas. A change of the small cohesion is no remedy: it solved 3 of 193 scenes, which method
+#: "coulomb" also solves.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -101,7 +102,7 @@ class _Ran:
 
     @property
     def failure(self) -> Failure | None:
-        """Return the failure of the run; None if its solution is final."""
+        """Failure of the run; None if its solution is final."""
         parameters, solution = self.attempt.parameters, self.solution
         if solution.answer is None:
             return None if solution.status is Status.JAMMED else solution.status
@@ -113,7 +114,7 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Return the solution by the loop, with the joints' own flow rule (Coulomb: no dilatancy).
+    """Return the solution of the paper's loop for the joints' own flow rule (Coulomb: no dilatancy).
 
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.
@@ -121,14 +122,14 @@ def nonassociative(task: Task) -> Solution:
     original, options = task.problem, task.options or LoopOptions()
     attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
-    # Solver and tolerance for which the driver of the sub-problems is compiled.
+    # Solver and tolerance for which the current driver is compiled.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # The least load factor of a sub-problem whose state meets the conditions of the joints' own flow rule.
+    # Least load factor of a sub-problem whose state satisfies the joints' own flow rule within ``BORNE_OUT``.
     least: float | None = None
 
     def follow(step: Iteration) -> None:
-        """Keep the least certified load factor, and report the step."""
+        """Update the least certified load factor with a step, and report the step."""
         nonlocal least
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least):
@@ -153,8 +154,8 @@ def nonassociative(task: Task) -> Solution:
 
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
-    """Return the driver of the sub-problems, compiled for this solver and tolerance."""
-    # In units of the load, the error of a rough solution does not grow with the scene.
+    """Return the driver of the sub-problems, compiled for a solver and a tolerance."""
+    # In units of the load, errors of a rough solution do not grow with the size of the scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
@@ -162,9 +163,9 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
-    """Return the next attempt, by the next remedy for the last run's failure.
+    """Return the next attempt, which applies the next remedy for the failure of the last run.
 
-    None is returned if the last run decides the matter, or if no wanted remedy remains.
+    None is returned if the last run is final, or if no remedy that the options permit remains.
     """
     last = runs[-1]
     for remedy in remaining.get(last.failure, ()):
@@ -176,7 +177,7 @@ def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions)
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution:
-    """Return one solution for all runs, with the history of all runs.
+    """Return the solution of the decisive run, with the history of all runs.
 
     It is the solution of
 

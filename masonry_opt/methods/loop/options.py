@@ -9,8 +9,9 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: Values of the preset "paper": section 5, "unless stated otherwise", with neither an exact end nor remedies.
-#: The paper does not mention sub-problems without a state. After one the loop begins again with less slope.
+#: Options of the preset "paper": the values of the paper's section 5, without exact end and without most
+#: remedies. The paper does not discuss sub-problems without a state; after such a sub-problem the loop starts
+#: again with a smaller slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -22,13 +23,14 @@ PAPER: dict[str, Any] = {
     "remedies": "slope",
 }
 
-#: Default parameters of a run with accurate sub-problems: those of section 5.
+#: Default parameters of a run with accurate sub-problems, from section 5 of the paper.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
 
 #: Default parameters of a run with rough sub-problems: fewer values of α, and a larger tolerance.
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
-#: Number of joints from which sub-problems are solved roughly by default, if the solver can stop early.
+#: Number of joints from which sub-problems are solved with a larger tolerance by default, if the solver can
+#: stop early.
 ROUGH_FROM = 1000
 
 
@@ -89,12 +91,12 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Return the options with the values of the preset, if it is "paper", for all that are not set."""
+        """Return the options; preset "paper" supplies the values of options that are not set."""
         has_preset = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if has_preset else given
 
     def parameters(self, joints: int, solver: Solver) -> "LoopParameters":
-        """Return the parameters of the first run for a number of joints and a solver."""
+        """Return the parameters of the first run, which depend on the number of joints and on the solver."""
         rough_by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and rough_by_default)
         given = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
@@ -102,12 +104,13 @@ class LoopOptions(Options):
 
 
 class LoopParameters(LoopOptions):
-    """Parameters of one run of the loop: the options, decided for a scene and a solver."""
+    """Parameters of one run: the options of the loop, with defaults for the scene and the solver."""
 
     alpha: float
     beta: float
-    shrink: float  #: factor on alpha from one sub-problem to the next; 1/2 in the paper
-    #: Feasibility and gap that the solver of sub-problems must reach; None for the solver's usual tolerance.
+    shrink: float  #: factor on α from one sub-problem to the next; 1/2 in the paper
+    #: Largest infeasibility and duality gap that the solver of sub-problems may leave; None for the usual
+    #: tolerance.
     tolerance: float | None
 
 
@@ -117,5 +120,5 @@ class Attempt:
 
     parameters: LoopParameters
     solver: Solver
-    remedy: str = ""  #: the option that was changed for this run, such as "beta=0.3"; "" for the first run
+    remedy: str = ""  #: option that was changed for this run, such as "beta=0.3"; "" for the first run
     number: int = 1  #: number of the run, from 1

@@ -22,38 +22,38 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy by which sliding joints are off the true law, relative to λ, below which an early end is tried. If
-#: smaller, more sub-problems are solved: on façades two to three times as many with 1e-3. The energy that the
-#: end leaves is limited by MOST_ENERGY.
+#: Energy error of sliding joints, relative to λ, below which an early exact end is tried. A smaller value
+#: needs more sub-problems: on façades two to three times as many with 1e-3. ``MOST_ENERGY`` limits the energy
+#: error of the exact end.
 _NEARLY_TRUE = 5e-3
 
-#: Number of sub-problems from one try of an early end to the next.
+#: Number of sub-problems between two attempts at an early exact end.
 _PAUSE = 2
 
-#: Number of times in a row that λ more than doubles, after which the loop is taken to diverge.
+#: Number of successive doublings of λ after which the loop counts as divergent.
 _DOUBLINGS = 5
 
 #: Relative rise of λ from one sub-problem to the next that counts as steady growth.
 _RISE = 1e-2
 
-#: Number of such rises in a row after which the loop is taken to diverge, if λ has grown enough.
+#: Number of successive rises of λ by at least ``_RISE`` after which the loop may count as divergent.
 _RISES = 30
 
-#: Growth of λ, relative to the first sub-problem, above which steady growth is taken as divergence.
+#: Ratio of λ to its first value above which a steady rise counts as divergence.
 _GROWN = 1e3
 
-#: Largest number of sub-problems in a cycle that is looked for.
+#: Largest number of sub-problems in a cycle that the loop can detect.
 LONGEST_PERIOD = 6
 
-#: Largest drift of λ from one cycle to the next, relative to the range of λ in the cycle. If larger, slowly
-#: damped oscillations are taken for cycles.
+#: Largest drift of λ from one cycle to the next, relative to the range of λ in a cycle. With a larger value
+#: slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Shares of the largest rate above which a face moves, tried in turn. The first is above the rates that
-#: solvers leave of a zero. The second is tried if the first leads to no exact state, as in some cycles.
+#: Shares of the largest rate above which a face counts as moving. The first share exceeds the rates that
+#: solvers return for zero. The second share is tried if the first leads to no exact state, as in some cycles.
 _SHARES = (1e-6, 1e-4)
 
-_PURPOSE = "exact end"  #: Name of this use of a solver in a result.
+_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
 
 
 @dataclass(frozen=True)
@@ -62,24 +62,26 @@ class Iteration:
 
     iteration: int  #: number of the sub-problem in its run, from 1
     load_factor: float  #: λ of the sub-problem, uncorrected
-    alpha: float  #: slope of the shear limit, relative to μ; NaN for the first sub-problem
+    #: Slope of the shear limit, relative to μ; NaN for the first sub-problem, whose limit is the true one.
+    alpha: float
     change: float  #: largest change of a normal force since the last sub-problem, in median block weights
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
-    sliding: float  #: energy dissipated in the sub-problem's sliding, in units of λ
-    #: energy of these slips at the true shear limits (the paper's corrected energy), in units of λ
-    coulomb_sliding: float
-    #: sum over the joints of the absolute difference of these two energies, without the small cohesion, in
+    sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
+    #: energy that the same slips dissipate with the true shear limits (the paper's corrected energy), in
     #: units of λ
+    coulomb_sliding: float
+    #: error of the dissipated energy, in units of λ: the sum over all joints of |energy in the sub-problem −
+    #: energy with the true shear limits|, without the small cohesion
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
-    remedy: str  #: the option that was changed for the run; "" for the first run
+    remedy: str  #: option that was changed for the run; "" for the first run
     solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; None in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
-    """Return the record of a sub-problem; ``before`` is the state of the sub-problem before it."""
+    """Return the record of a sub-problem; ``before`` is the state of the previous sub-problem."""
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
@@ -119,12 +121,11 @@ class Run:
         self.next_try = 0
         #: True if the run ends as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is the associative one. Rough sub-problems differ from it by up to
-        #: 0.4 %.
+        #: True if the first load factor is the associative one; in rough runs it differs by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
-        """Solve sub-problems until the run ends, and return its solution.
+        """Solve sub-problems until the run ends, and return the solution of the run.
 
         ``progress`` is called with the record of each sub-problem.
         """
@@ -156,9 +157,10 @@ class Run:
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
 
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
-        """Return the associative answer if it obeys the joints' own flow rule, which ends the run; else None.
+        """Return the associative answer if it obeys the joints' own flow rule; otherwise return None.
 
-        None is returned for a cohesive start and with the option ``always``.
+        An associative answer that obeys the flow rule ends the run. None is returned for a cohesive start and
+        with the option ``always``.
         """
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
@@ -168,7 +170,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution if the run ends with this sub-problem, else None.
+        """Return the solution of the run if the run ends with this sub-problem, else None.
 
         A run ends in one of these cases:
 
@@ -180,7 +182,8 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Only runs that may end early pause between their tries. Other runs end when λ has converged.
+            # Runs that may end early pause between two attempts at an exact end; other runs end when λ has
+            # converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -203,7 +206,7 @@ class Run:
         return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """Return the solution with exact forces on the last mechanism or one near it; None if there is none.
+        """Return the solution with exact forces near the last sub-problem; None if no such forces exist.
 
         None is also returned if the option ``finish`` is off.
         """
@@ -215,7 +218,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # In a sub-problem sliding joints contract. Joints of limited strength explain this by crushing.
+        # Sliding joints contract in a sub-problem. In joints of limited strength, crushing may explain the
+        # contraction, so that a second program is tried.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -223,10 +227,10 @@ class Run:
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """Return the solution of a run in which λ has converged, corrected by step 6."""
+        """Return the solution of a run in which λ has converged; λ is corrected by step 6 of the paper."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # No state with less dilatancy exceeds the associative load factor, if that is known.
+        # The associative load factor, if known, is an upper bound of all load factors with less dilatancy.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -235,7 +239,7 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Return True if an associative mechanism obeys the joints' own flow rule too.
+    """Return True if an associative state also obeys the joints' own flow rule.
 
     Sliding then dissipates no energy beyond what dilatancy explains. Without dead load and cohesion λ is zero
     under any flow rule, and True is returned.
@@ -265,7 +269,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems in the cycle that the loop has entered; 0 without a cycle.
+    """Return the number of sub-problems per cycle if the loop repeats itself; 0 without a cycle.
 
     In a cycle the load factors return twice, the normal forces return once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of up to ``LONGEST_PERIOD`` + 1 last sub-problems.
@@ -286,7 +290,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state on the mechanism of an accurate sub-problem, with λ nearest to ``near``.
+    """Return the exact state with the mechanism of an accurate sub-problem and with λ nearest to ``near``.
 
     None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not belong
     together.
@@ -304,7 +308,7 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Return the exact state near a sub-problem that was solved roughly; None if there is none.
+    """Return the exact state near a rough solution of a sub-problem; None if no such state is found.
 
     In a rough solution no rate is zero, so that the moving faces are not known. The first program finds
     forces of low λ that leave little energy z·p for these rates. The second program finds the mechanism of
@@ -324,7 +328,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
 
 
 def belong_together(answer: Answer) -> bool:
-    """Return True if the forces and the velocities of an answer belong together.
+    """Return True if the forces and the mechanism of an answer form one collapse state.
 
     The energy z·p is then at most MOST_ENERGY, relative to λ. The violation of the flow rule is within the
     limit for answers of the loop.
@@ -335,6 +339,6 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    """Return the answer of these forces and velocities if both belong together, else None."""
+    """Return the answer of forces and velocities if both form one collapse state, else None."""
     answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -16,25 +16,25 @@ from masonry_opt.solvers.registry import Solved, Verdict
 #: Largest number of times that the trial cohesion is raised while the first sub-problem is infeasible.
 _MOST_RAISES = 8
 
-#: Factor by which the trial cohesion is raised each time.
+#: Factor on the trial cohesion each time that it is raised.
 _RAISE_FACTOR = 4
 
-#: Largest normal force by which the small cohesion of a joint is scaled, relative to the largest force on the
+#: Largest normal force that scales the small cohesion of a joint, relative to the largest force on the
 #: joint's own blocks. Larger forces elsewhere in the connected component do not count.
 _DWARFS = 1e3
 
 
 @dataclass(frozen=True)
 class SubProblem:
-    """One linear program of the loop, with its optimum."""
+    """Linear program of one iteration of the loop, with its optimum."""
 
     number: int  #: number of the sub-problem in its run, from 1
     solved: Solved  #: status and time of the solver
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: α of the shear limits; NaN for the first sub-problem, which has no α
-    small_cohesion: np.ndarray  #: small cohesion c⁰ of the shear limits, shape (k,)
-    stands_still: bool  #: True if λ changed by less than ``tol``, relative to λ (step 3)
+    small_cohesion: np.ndarray  #: small cohesion c⁰ in the shear limits of the program, shape (k,)
+    stands_still: bool  #: True if the relative change of λ is below option ``tol`` (step 3)
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,12 @@ class LimitUpdate:
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
     small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
-    about: np.ndarray  #: normal forces about which the limits turn, blended by β, shape (c,)
+    #: Normal forces at which the next shear limits equal Coulomb's limits, averaged with weight β, shape
+    #: (c,).
+    about: np.ndarray
 
     def limits(self) -> ShearLimits:
-        """Return the shear limits of the next sub-problem by step 4 of section 4.2.
+        """Return the shear limits of the next sub-problem: step 4 of the paper's section 4.2.
 
         The limits are |s| ≤ c⁰ + (1 + α) n μ − α n' μ. The normal forces n are ``about``, and n' are the
         normal forces of the next sub-problem.
@@ -67,7 +69,7 @@ class LimitUpdate:
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters
 ) -> Iterator[SubProblem | Solved]:
-    """Yield the sub-problems of the loop by steps 1 to 5 of section 4.2.
+    """Yield the solved sub-problems of the loop: steps 1 to 5 of the paper's section 4.2.
 
     The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
     in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is
@@ -75,7 +77,7 @@ def sub_problems(
     """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
-    limits = ShearLimits.true(problem)  # step 1: Coulomb's limits, or a trial cohesion
+    limits = ShearLimits.true(problem)  # step 1: Coulomb's limits (cohesive start: a trial cohesion)
     if parameters.start == "cohesive":
         limits = ShearLimits(small_cohesion, small_cohesion + parameters.trial_cohesion)
     previous: State | None = None
@@ -83,7 +85,7 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # The trial cohesion is arbitrary. It is raised while it is too small to carry the dead load.
+        # The trial cohesion is arbitrary and is raised as long as it is too small to carry the dead load.
         for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
                 break
@@ -101,7 +103,8 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            next_alpha = parameters.alpha_min  # with the present α, sliding joints contract by α μ
+            # End with the smallest α, because sliding joints contract by α μ.
+            next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
         n = problem.normal_forces(state.q)
@@ -115,7 +118,7 @@ def sub_problems(
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return the load factor without the energy that the small cohesion dissipates (step 6)."""
+    """Return the load factor minus the energy that the small cohesion dissipates (step 6)."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
@@ -123,7 +126,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return the normal force to which the small cohesion of each joint is relative, shape (c,).
+    """Return the normal force that scales the small cohesion of each joint, shape (c,).
 
     The force is the largest normal force in the joint's connected component. It is at most ``_DWARFS`` times
     the largest force on the joint's own blocks, so that the small cohesion is small for each joint.

@@ -31,27 +31,28 @@ from masonry_opt.scene.rows import chunks, combine, dots, lengths, linked
 class AlignmentSettings:
     """Limits of the alignment."""
 
-    #: Largest angle, in radians, by which a plane turns, however short its edges are. A larger value aligns
-    #: short edges of coarse surveys too; a smaller one leaves them as they are drawn.
+    #: Largest angle, in radians, by which the alignment rotates a plane. A larger value also aligns short
+    #: edges of coarse surveys; with a smaller value such edges stay as they are drawn.
     most_turn: float = 0.02
-    #: Number of times that directions are fitted to the points on their planes. Each fit joins planes to
-    #: longer ones. With fewer fits, long walls keep several planes that were meant to be one.
+    #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
+    #: merges more planes that were meant to be one; with fewer fits, long walls keep several planes.
     fits: int = 4
-    #: Largest movement of a contact point, relative to the tolerance. Points that would move farther, because
-    #: their planes meet at a sharp angle, move onto the plane of their joint only.
+    #: Largest movement of a contact point, relative to the tolerance. A point that would move farther,
+    #: because its planes meet at a sharp angle, is moved onto the plane of its joint only.
     most_shift: float = 2.0
-    #: Joints of a block above which its joints are not compared with each other in advance. A larger value
-    #: takes more memory for supports under many blocks; a smaller one more time for rubble.
+    #: Number of joints of a block above which the search for parallel planes does not compare these joints
+    #: with each other in advance. A larger value needs more memory, a smaller value needs more time for
+    #: rubble.
     most_neighbours: int = 100
-    #: Largest number of joints linked to a plane that are searched for one by one, from block to block. If
-    #: there are more, all joints are searched at once, which takes longer if few are linked.
+    #: Largest number of joints linked to a plane that are found by a search from block to block. If more
+    #: joints are linked, all joints of the scene are searched at once, which is slower if few are linked.
     most_one_by_one: int = 64
 
 
 DEFAULT_SETTINGS = AlignmentSettings()
 
-#: Sine of the angle from which two directions are distinct enough to determine a third one, or a point. A
-#: smaller value amplifies errors; a larger one leaves more points on one of their planes only.
+#: Smallest sine of the angle between two planes at which their intersection is computed. A smaller value
+#: amplifies errors; with a larger value, more points are moved onto one of their planes only.
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 
@@ -61,12 +62,12 @@ class AlignedContacts:
 
     normal: np.ndarray  #: unit normal of each joint, shape (joints, dim)
     point: np.ndarray  #: contact points, shape (points, dim)
-    turn: np.ndarray  #: angle in radians by which each joint was turned, shape (joints,)
+    turn: np.ndarray  #: angle in radians by which each joint was rotated, shape (joints,)
     shift: np.ndarray  #: distance by which each contact point was moved, shape (points,)
 
 
 def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
-    """Return contacts moved onto common planes, by the four steps that the module describes."""
+    """Align joints and contact points that agree within the accuracy of the drawing."""
     joints, points = len(drawn.normal), len(drawn.point)
     if joints < 2:
         return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))
@@ -91,7 +92,7 @@ def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS
 
 
 class Group:
-    """Planes of several joints that get one direction."""
+    """Group of planes of several joints; the alignment makes all planes of the group parallel."""
 
     def __init__(
         self, drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes, members: np.ndarray
@@ -101,7 +102,7 @@ class Group:
         self._accuracy = np.minimum(planes.accuracy[members], settings.most_turn)
         self.accuracy = float(self._accuracy.min())
         self._rounding = drawn.rounding / drawn.tolerance * planes.accuracy[members]
-        # Planes that agree to rounding keep the digits of the best known one.
+        # If all planes agree up to rounding, the direction of the most accurate plane is used unchanged.
         self.direction = self._normals[0]
         self.differs = bool((_across(self._normals, self.direction) > self._rounding).any())
         if self.differs:
@@ -109,17 +110,20 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the plane of each point, as a position in ``members``, and the points."""
+        """Return the plane of each contact point, as an index of ``members``, and the points' coordinates."""
         number, points = self._planes.by_plane.where(self.members)
         return number, self._drawn.point[points]
 
     def turn_to(self, direction: np.ndarray) -> None:
-        """Set the direction, with the sign of the present one, if it differs by more than rounding."""
+        """Replace the group's direction by a new direction if the two differ by more than rounding.
+
+        The new direction gets the sign of the old one.
+        """
         if _across(direction[None], self.direction)[0] > self._rounding.min():
             self.direction, self.differs = direction * np.sign(direction @ self.direction), True
 
     def fit(self) -> None:
-        """Fit the direction to the points that lie on common planes, and to the members' own directions."""
+        """Fit the group's direction, a unit normal, to the drawn normals and the points of its planes."""
         if not self.differs:
             return
         number, positions = self._points
@@ -130,7 +134,7 @@ class Group:
         self.turn_to(_fitted(self._normals, self._accuracy, off.T @ off))
 
     def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
-        """Write the direction and the distance from the origin of each member that is not as it was drawn."""
+        """Store the direction, and the distance from the origin, of each plane that the alignment moves."""
         sign = np.sign(self._normals @ self.direction)
         turns = _across(self._normals, self.direction) <= self._accuracy
         if self.differs:
@@ -145,14 +149,14 @@ class Group:
         place[self.members[moves]] = (sign * mean[of_plane])[moves]
 
     def _common_planes(self) -> np.ndarray:
-        """Return the number of the common plane of each member, shape (members,)."""
+        """Number the common planes of the group; return the common plane of each plane, shape (members,)."""
         number, positions = self._points
         height = np.bincount(number, positions @ self.direction)
         return _group_values(height / np.bincount(number), self._drawn.tolerance)
 
 
 def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> list[Group]:
-    """Return the groups whose directions or places differ from the drawing by more than rounding.
+    """Return the groups whose directions or positions differ from the drawing by more than rounding.
 
     All other groups keep every digit; in an exact drawing these are all groups.
     """
@@ -164,7 +168,8 @@ def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> 
     direction = np.stack([group.direction for group in groups])[owner]
     height = dots(drawn.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
-    # Planes of one group, in rising order, make one run while neighbours differ by at most the tolerance.
+    # Sort the planes of a group by their distance from the origin. A run of planes ends where the next plane
+    # is farther away than the tolerance.
     order = np.lexsort((mean, owner))
     begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
     run = np.empty(len(members), dtype=int)
@@ -180,7 +185,7 @@ def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> 
 def _parallel_planes(
     drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes
 ) -> Iterator[np.ndarray]:
-    """Yield groups of planes that are parallel within their accuracies, of more than one joint each.
+    """Yield groups of planes of several joints that are parallel within the accuracy of the drawing.
 
     Groups form round the planes of the best accuracy first. Their joints are linked to the first one's by
     blocks, through joints that are parallel or square to it. Planes that would turn by more than their
@@ -203,8 +208,9 @@ def _parallel_planes(
         sine = _across(planes.direction[members], direction)
         alike = sine <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        # The leader has the best accuracy. If all members are close to its direction, no member can turn by
-        # more than its accuracy, and the fit below is not needed.
+        # The first plane of the group, the leader, is the most accurate one. If all planes are nearly
+        # parallel to the leader, no plane can rotate by more than its accuracy, and the check below is not
+        # needed.
         agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
         while len(members) > 1 and not agree:
             fitted = _fitted(planes.direction[members], accuracy[members])
@@ -218,17 +224,20 @@ def _parallel_planes(
 
 
 class _Links:
-    """Joints that blocks link to a plane through joints that are parallel or square to the plane."""
+    """Search for joints that a chain of blocks and parallel or perpendicular joints connects to a plane."""
 
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
         self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
         self._crowded = settings.most_neighbours
-        # Python's own numbers are faster than arrays if few joints are linked.
+        # Convert arrays to lists, which are faster if few joints are linked.
         self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the joints, rising, linked to the joint of a plane with a direction and an accuracy."""
+        """Return the indices of the joints linked to the joint of a plane, in ascending order.
+
+        The plane has the given direction (unit normal) and accuracy.
+        """
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:
             return joints
@@ -237,12 +246,12 @@ class _Links:
         return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
 
     def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
-        """Return the linked joints, by a search from block to block; None if there are too many of them."""
+        """Return the linked joints, found from block to block; None if too many joints are linked."""
         joints = [joint]
         seen = {joint}
         visited: set[int] = set()
         axis = direction.tolist()
-        # The list grows while the loop runs over it.
+        # Breadth-first search: the list ``joints`` grows during the loop.
         for current in joints:
             for block in self._ends[current]:
                 if block in visited:
@@ -259,26 +268,25 @@ class _Links:
         return np.array(sorted(joints))
 
     def _candidates(self, block: int, direction: np.ndarray, accuracy: float) -> list[int]:
-        """Return the joints of a block that may be parallel or square to a direction.
+        """Return the joints of a block that may be parallel or perpendicular to a plane with a given normal.
 
-        Joints that cannot be are left out only if the block has many joints.
+        Other joints are left out only if the block has many joints.
         """
         of_block = self._drawn.joints_of_block
         first, count = of_block.first[block], of_block.count[block]
         joints = of_block.item[first : first + count]
         if count > self._crowded:
             sine = _off_axes(self._drawn.normal[joints], direction)
-            # Twice the accuracies are enough, because each candidate is tested again.
+            # The limit is twice the required limit, because the caller tests each candidate again.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
         candidates: list[int] = joints.tolist()
         return candidates
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes) -> np.ndarray:
-    """Return a mask of the planes that may be parallel or square to another joint of their blocks.
+    """Return True for planes that may be parallel or perpendicular to another joint of their blocks.
 
-    The shape is (planes,). Planes of joints on blocks with very many joints are not examined and are in the
-    mask.
+    The shape is (planes,). For blocks with very many joints the result is True without a comparison.
     """
     of_block = drawn.joints_of_block
     crowded = of_block.count > settings.most_neighbours
@@ -291,14 +299,15 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Plan
             number, other = of_block.where(block[plane])
             plane = plane[number]
             sine = _off_axes(drawn.normal[other], planes.direction[plane])
-            # The factor allows for a leader of better accuracy, whose direction may lie between the two.
+            # The limit is three times the usual one: both planes may be parallel, within their accuracies, to
+            # a third plane whose direction is between theirs.
             near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
             has_partner[plane[near & (other != planes.joint[plane])]] = True
     return has_partner
 
 
 def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the joints, rising, in the connected component of one joint.
+    """Return the indices of the joints connected to one joint through blocks, in ascending order.
 
     Only the given joints, which are in rising order, link blocks. ``ends`` has the two blocks of every joint.
     """
@@ -308,7 +317,7 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 
 def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:
-    """Return, for each group, the groups that are square to it within their accuracies.
+    """Return, for each group of planes, the groups that are perpendicular to it in the drawing's accuracy.
 
     Two groups are compared if they have planes of a common joint.
     """
@@ -349,7 +358,7 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
 
 
 def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the group number of each value, shape (values,).
+    """Divide numbers into groups of nearly equal numbers, and return the group of each, shape (values,).
 
     In rising order, values are in one run as long as neighbours differ by at most the tolerance. A run that
     is no longer than the tolerance is a group. In a longer run, the value with most others within the
@@ -367,8 +376,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # If several values lead equally many, take the one whose values lie nearest to each other. This
-            # choice does not depend on the direction in which values rise.
+            # The leader is the value with most other values within the tolerance. Among several, choose the
+            # value whose neighbours within the tolerance are closest together, so that the order of the
+            # values does not matter.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups
@@ -406,7 +416,7 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the unit vector that fits unit vectors of either sign best, in the sense of least squares.
+    """Return the least-squares mean direction of unit vectors; the signs of the vectors do not matter.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
     matrix of points, in units of the tolerance, on planes to which the direction shall be normal.
@@ -417,18 +427,18 @@ def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | 
 
 
 def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sines of the angles between unit vectors and other ones, shape (rows,).
+    """Return the sine of the angle between the unit vectors of each pair, shape (rows,).
 
-    There is one other vector for all, or one for each.
+    ``other`` is one vector for all rows, or one vector for each row.
     """
     along = (directions * other).sum(axis=1)
     return lengths(directions - along[:, None] * other)
 
 
 def _off_axis(vector: list[float], other: list[float]) -> float:
-    """Return the sine of the angle from a unit vector to the parallel or the perpendicular of another one.
+    """Return the sine of the angle by which two unit vectors are not parallel or perpendicular.
 
-    The smaller one of both angles counts.
+    The smaller of the two deviations counts.
     """
     along = sum(map(mul, vector, other))
     across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))
@@ -436,11 +446,11 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sine of :func:`_off_axis` for rows of unit vectors, shape (rows,)."""
+    """Return the result of :func:`_off_axis` for each row of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 
 def square_to(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return unit vectors perpendicular to the normals, each as close as possible to its vector."""
+    """Return unit vectors perpendicular to the normals, each as close as possible to the given vector."""
     across = vectors - dots(vectors, normal)[:, None] * normal
     return across / lengths(across)[:, None]

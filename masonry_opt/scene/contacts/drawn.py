@@ -10,25 +10,26 @@ from masonry_opt.scene.rows import combine, following, lengths
 
 @dataclass(frozen=True)
 class DrawnContacts:
-    """Joints and contact points as they are drawn."""
+    """Joints and contact points before alignment, with their uncertainty in the drawing."""
 
     ends: np.ndarray  #: indices of the two blocks of each joint, shape (joints, 2)
     normal: np.ndarray  #: unit normal of each joint, shape (joints, 2) or (joints, 3)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (joints,)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
+    accuracy: np.ndarray
     point: np.ndarray  #: contact points, shape (points, 2) or (points, 3)
-    joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
-    ring: np.ndarray  #: ring of each contact point, rising, shape (points,)
-    tolerance: float  #: length within which the drawing fixes a point
-    rounding: float  #: length below which coordinates differ by rounding alone
+    joint: np.ndarray  #: index of the joint of each contact point, in ascending order, shape (points,)
+    ring: np.ndarray  #: index of the outline ring of each contact point, in ascending order, shape (points,)
+    tolerance: float  #: uncertainty of the position of a point in the drawing (length)
+    rounding: float  #: largest difference of coordinates that may be due to rounding alone
 
     @cached_property
     def joints_of_block(self) -> "Lists":
-        """Return the joints of each block."""
+        """Return the indices of the joints of each block."""
         blocks, joints = self.ends.T.ravel(), np.tile(np.arange(len(self.ends)), 2)
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
     def planes(self) -> "Planes":
-        """Return the planes of all joints, then the planes of their ends or sides."""
+        """Return the planes of all joints, then the perpendicular planes at their ends (in space: sides)."""
         points = np.arange(len(self.point))
         own = self.normal[self.joint]
         if self.point.shape[1] == 2:
@@ -56,43 +57,47 @@ class DrawnContacts:
 
 @dataclass(frozen=True)
 class Planes:
-    """Planes through contact points, and a table of which points lie on which plane."""
+    """Planes through contact points, and a table that lists the contact points on each plane."""
 
     direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (planes,)
-    joint: np.ndarray  #: joint of each plane, shape (planes,)
-    plane: np.ndarray  #: plane of each entry of the table, shape (entries,)
-    point: np.ndarray  #: point of each entry of the table, shape (entries,)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (planes,).
+    accuracy: np.ndarray
+    joint: np.ndarray  #: index of the joint of each plane, shape (planes,)
+    plane: np.ndarray  #: index of the plane of each entry of the table, shape (entries,)
+    point: np.ndarray  #: index of the contact point of each entry of the table, shape (entries,)
 
     @cached_property
     def by_plane(self) -> "Lists":
-        """Return the points of each plane."""
+        """Return the indices of the contact points on each plane."""
         return Lists.of(self.plane, self.point, len(self.direction))
 
     @cached_property
     def by_joint(self) -> "Lists":
-        """Return the planes of each joint."""
+        """Return the indices of the planes of each joint."""
         return Lists.of(self.joint, np.arange(len(self.joint)), int(self.joint.max(initial=-1)) + 1)
 
 
 @dataclass(frozen=True)
 class Lists:
-    """Lists of numbers, stored one after the other in one array."""
+    """Lists of numbers, concatenated in one array."""
 
-    item: np.ndarray  #: all numbers
-    first: np.ndarray  #: position of the first number of each list, shape (lists,)
+    item: np.ndarray  #: numbers of all lists, concatenated
+    first: np.ndarray  #: index in ``item`` at which each list begins, shape (lists,)
     count: np.ndarray  #: length of each list, shape (lists,)
 
     @classmethod
     def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
-        """Return the lists of the items of each owner; ``owner`` has one entry for each item."""
+        """Return one list for each owner, with the items that belong to the owner.
+
+        ``owner`` has one entry for each item, from 0 to ``lists - 1``.
+        """
         count = np.bincount(owner, minlength=lists)
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the items of the chosen lists, concatenated, with the position of the list of each item.
+        """Concatenate the chosen lists; return the index in ``chosen`` of each item's list, and the items.
 
-        The position is that in ``chosen`` and comes first.
+        Both arrays have one entry for each item.
         """
         numbers = np.arange(len(chosen))
         number, _, position = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])

@@ -13,20 +13,22 @@ from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, t
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: Distance between two edges, relative to the tolerance, up to which they coincide but for rounding. Corners
-#: of edges that coincide keep their coordinates; others move to the middle between the edges.
+#: Largest distance between two edges that coincide up to rounding, relative to the tolerance. Corners of such
+#: edges keep their coordinates; corners of other edges that touch are moved to the middle between the edges.
 _ROUNDING = 1e-3
 
-#: Largest number of pairs of edges that are compared. A larger value takes more time and memory.
+#: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
+#: needs more time and memory.
 _MOST_EDGES = 20_000_000
 
 
 @dataclass(frozen=True)
 class FacingEdges(sides.Facing):
-    """Lengths that edges of two blocks share: parts of the bisector of two edges onto which both project."""
+    """Segments that edges of two blocks share: parts of the bisector onto which both edges project."""
 
-    start: np.ndarray  #: first end, in the direction of the first block's edge, shape (facing, 2)
-    end: np.ndarray  #: other end, shape (facing, 2)
+    #: Start of each shared segment, in the direction of the first block's edge, shape (facing, 2).
+    start: np.ndarray
+    end: np.ndarray  #: end of each shared segment, shape (facing, 2)
 
     @classmethod
     def between(
@@ -37,19 +39,20 @@ class FacingEdges(sides.Facing):
         accuracy: np.ndarray,
         lean: tuple[np.ndarray, np.ndarray],
     ) -> Self:
-        """Return the lengths between given ends.
+        """Return the shared segments with the given ends.
 
         ``lean`` holds the angles between the two edges, and the lengths of the shorter edges.
         """
         start, end = ends
         extent = np.hypot(*(end - start).T)
-        # Edges run counter-clockwise round their block, so the interior of the first block lies to the left.
+        # Edges run counter-clockwise around their block, so the inside of the first block is to the left of
+        # its edge.
         normal = -_tangent((end - start) / extent[:, None])
         return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
     @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
-        """Return the lengths, longer than the tolerance, that pairs of edges share.
+        """Return the segments that pairs of edges share, if they are longer than the tolerance.
 
         Edge ``i`` belongs to the first block of its pair, edge ``j`` to the second one. Edges that run in
         opposite directions round their blocks face each other.
@@ -59,19 +62,21 @@ class FacingEdges(sides.Facing):
         faces_other = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # Each end of the shared length is a corner of the one edge or of the other. The abscissae x of the
-        # corners are measured along the bisector.
+        # Each end of the shared segment is the projection of a corner of one of the two edges. The abscissae
+        # x of the corners are measured along the bisector.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
         is_of_first = x[0] == x_ends
         corner = np.where(is_of_first[..., None], *lines)
-        # Interpolate the edge that faces the corner, from its start to its stop, at the corner's abscissa.
+        # Find the point opposite to each corner: interpolate the opposite edge, from start to stop, at the
+        # corner's abscissa.
         start, stop = (np.where(is_of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
         x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
         across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
         width = np.hypot(*np.moveaxis(across, 2, 0))
-        # Rounding moves no corner, so that edges that coincide keep the coordinates of the drawing.
+        # Corners of edges that coincide up to rounding are not moved; they keep the coordinates of the
+        # drawing.
         ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
         long = x_ends[1] - x_ends[0] > shortest
         accuracy_first, accuracy_second = (
@@ -84,17 +89,20 @@ class FacingEdges(sides.Facing):
         return cls.between(pair[long], width.max(axis=0)[long], (start, end), accuracy, lean)
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return tangents and outlines, see :meth:`.Facing.outlines`: each length is a ring of two ends."""
+        """Return tangents and outlines of shared segments; an outline consists of the segment's two ends.
+
+        See :meth:`.Facing.outlines`.
+        """
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the length with its number, shape (points,)."""
+        """Return the distance of each point from the shared segment with its number, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
 def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:
-    """Return the lengths along which edges of pairs of blocks touch, or face each other across a gap.
+    """Return the segments along which edges of pairs of blocks touch, or face each other across a gap.
 
     Edges share the part of their bisector onto which both project. They touch if their largest distance there
     is within the tolerance. Lengths that touch and follow one another, as of an edge drawn in chords, become
@@ -122,8 +130,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     if (first_edges * second_edges).sum() > _MOST_EDGES:
         edges_of_block = np.bincount(corners.edges.block)
         most = f"block {scene.blocks[edges_of_block.argmax()].name!r} has {edges_of_block.max()} corners"
-        fine = f"outlines are too fine to find joints ({most})"
-        raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or give fewer corners")
+        fine = f"outlines have too many corners to find joints ({most})"
+        raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or draw the blocks with fewer corners")
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
@@ -132,9 +140,9 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
 
 
 def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return lengths that touch, with lengths joined that follow one another.
+    """Return the segments that touch, after consecutive segments of a pair of blocks have been joined.
 
-    Lengths that are too short for the distance between their edges are left out; see :data:`~.sides.LEAN`.
+    Segments that are too short for the distance between their edges are left out; see :data:`~.sides.LEAN`.
     """
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
     chains = [
@@ -145,16 +153,17 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield the chains of the lengths of one pair, each simplified.
+    """Yield the chains of consecutive segments of one pair of blocks, each simplified.
 
-    A length follows another one in a chain if it begins within two tolerances of the end of the other.
+    A segment follows another one in a chain if it begins within two tolerances of the end of the other one.
     """
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
     has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * tolerance)
     follower = {int(part): int(distance[part].argmin()) for part in has_follower}
     remaining = set(range(len(parts.pair)))
-    # Chains begin with lengths that follow no other. All lengths that remain then are in rings.
+    # An open chain begins with a segment that follows no other segment. The segments that remain after all
+    # open chains are in closed chains.
     for first in [*sorted(remaining - set(follower.values())), *sorted(remaining)]:
         chain, current = [], first
         while current in remaining:
@@ -166,7 +175,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
 
 
 def _simplify_chain(chain: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return a chain as the straight lengths of its simplified line.
+    """Return the straight segments of the simplified line of a chain.
 
     Corners are dropped that lie within half the tolerance of the line without them.
     """
@@ -183,8 +192,8 @@ class PlaneCorners(sides.BlockCorners):
     """Corners of all blocks in the plane. Each corner begins an edge, which ends at ``tip``."""
 
     apart = 2.0
-    tip: np.ndarray  #: end of the edge that begins at each corner, shape (corners, 2)
-    edges: Items  #: the edges, in the order of the corners at which they begin
+    tip: np.ndarray  #: end point of the edge that begins at each corner, shape (corners, 2)
+    edges: Items  #: edges of all blocks, in the order of the corners at which they begin
 
     def __init__(self, shapes: Geometry, blocks: np.ndarray | None = None) -> None:
         self.shapes = shapes
@@ -194,13 +203,13 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the corners of first blocks on edges of second blocks, then those of second on first."""
+        """Return contacts at corners of first blocks on edges of second blocks, then the reverse contacts."""
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the corners of the pairs' first blocks that lie within edges of their second blocks.
+        """Return the contacts at corners of the pairs' first blocks that lie on edges of the second blocks.
 
-        ``sign`` is that of the contacts' normals, relative to the normals of the edges into their own blocks.
+        ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """
         tolerance = self.shapes.tolerance
         pair, corner, edge = near_items(self.shapes, pairs, tolerance, (self.corners, self.edges))
@@ -217,10 +226,10 @@ class PlaneCorners(sides.BlockCorners):
 
 
 def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the angle in radians within which a drawing fixes the direction of each edge, shape (edges,)."""
+    """Return the uncertainty of the direction of each edge in a drawing, in radians, shape (edges,)."""
     return tolerance / np.hypot(edges[:, 0], edges[:, 1])
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:
-    """Return vectors turned clockwise by a quarter turn, shape (rows, 2)."""
+    """Return vectors rotated clockwise by 90°, shape (rows, 2)."""
     return np.column_stack([normal[:, 1], -normal[:, 0]])

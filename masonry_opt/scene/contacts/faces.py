@@ -13,39 +13,40 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames, OuterFaces, unit
 from masonry_opt.scene.space.shapes import Shapes
 
-#: Least width of a shared polygon, relative to the tolerance. Narrower pieces are no joints. Edges in faces
-#: must be longer than this width. A larger value ignores more slivers of inexact drawings.
+#: Smallest width of a shared polygon, and smallest length of an edge in a face, relative to the tolerance.
+#: Smaller contacts are no joints. A larger value ignores more slivers of inexact drawings.
 NARROWEST = 10
 
-#: Cosine of the largest angle between faces that share a polygon. Faces lean by at most a tenth if they stay
-#: within one tolerance of each other along the least width, ten tolerances.
+#: Cosine of the largest angle between faces that share a polygon. A smaller value also accepts faces at a
+#: larger angle to each other.
 _FACING = 0.99
 
-#: Least difference of two edges that cross, in the component of ``SolidCorners.inwards`` along their common
-#: normal. Below it all faces at the edges lie in one plane, and the edges are no contact.
+#: Smallest difference of the vectors ``SolidCorners.inwards`` of two crossing edges, along the edges' common
+#: normal, at which the edges touch. At a smaller difference all faces at the edges are nearly in one plane.
 _FLAT = 1e-3
 
-#: Sine of an angle between two faces that may be rounding alone.
+#: Sine of the largest angle between two faces that may be due to rounding alone.
 _ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
 class FacingFaces(sides.Facing):
-    """Polygons that faces of two blocks share: parts of the bisecting plane onto which both faces project."""
+    """Shared polygons of faces of two blocks: parts of the bisecting plane onto which both faces project."""
 
-    #: Bisecting planes. Their normals point out of the first block; their first axes follow its face.
+    #: Bisecting planes of the two faces. The normal of a plane points out of the first block. The first axis
+    #: of a plane follows the first axis of the first block's face.
     frame: Frames
-    polygon: np.ndarray  #: connected polygons without straight corners, shape (facing,)
+    polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (facing,)
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return tangents and outlines, see :meth:`.Facing.outlines`.
+        """Return the tangents and outlines of shared polygons; see :meth:`.Facing.outlines`.
 
         The tangent runs along the longest side. Among sides of equal length it is the one most along the
         first axis of the frame, then the second. This choice turns with the scene.
         """
         rings, polygon = shapely.get_rings(self.polygon, return_index=True)
         flat, ring = shapely.get_coordinates(rings, return_index=True)
-        # The last coordinate of a ring repeats the first one.
+        # The last corner of a Shapely ring repeats the first corner; drop the last corner.
         is_repeated = np.diff(ring, append=ring[-1:] + 1) != 0
         side = (np.roll(flat, -1, axis=0) - flat)[~is_repeated]
         flat, ring = flat[~is_repeated], ring[~is_repeated]
@@ -91,8 +92,8 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
-    # The place at which the faces are near each other is at most the width of the second face from its base.
-    # Between that point and the base, the height over the first face changes by at most width times sine.
+    # Largest distance of the second face's base point from the plane of the first face if the faces are near
+    # each other anywhere: the base point is at most the width of the face away from the near point.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
@@ -110,7 +111,7 @@ def _shared_polygons(
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
-    # Move each plane halfway, so that the two faces have opposite heights over it everywhere.
+    # Move each bisecting plane to the middle between its two faces.
     half = _height(frame, other, np.zeros((len(i), 2)), np.arange(len(i))) / 2
     frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
     of_one, of_other = (_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other)))
@@ -132,7 +133,7 @@ def _shared_polygons(
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the angle in radians within which a drawing fixes the plane of each face, shape (face,).
+    """Return the uncertainty of the direction of each face's plane in a drawing, in radians, shape (face,).
 
     The angle is the tolerance divided by the shorter side of the smallest rectangle round the face.
     """
@@ -144,18 +145,18 @@ def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarr
 
 
 def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
-    """Return polygons projected onto other planes, along the normals of these planes.
+    """Return the orthogonal projections of polygons onto other planes.
 
     Each polygon has coordinates in its frame of ``own``; its projection has coordinates in its ``frame``.
     """
     flat, number = shapely.get_coordinates(polygons, return_index=True)
     projection = frame.down(own.up(flat, number), number)
-    # Shapely writes the coordinates into the array that it gets, which must be a copy.
+    # Copy the polygons, because ``set_coordinates`` overwrites them.
     return shapely.set_coordinates(polygons.copy(), projection)
 
 
 def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """Return the height of planes over frames, measured along the frames' normals, shape (points,).
+    """Return the height of planes above reference planes at given points, shape (points,).
 
     ``points`` are coordinates in the frames, ``number`` is the frame, and the plane, of each point.
     """
@@ -164,12 +165,13 @@ def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray
 
 
 def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return pieces without the ends and bridges that are narrower than a width.
+    """Return polygons without those ends and bridges that are narrower than a given width.
 
     A piece may fall into several connected ones, or vanish. Each keeps the number of its piece.
     """
     opened = without_slivers(pieces, narrowest)
-    # A tail may have no area, but it has length. Pieces without tails keep their digits.
+    # Compare lengths, because a narrow end may have no area. Polygons without narrow ends keep their exact
+    # coordinates.
     cut = shapely.length(pieces) - shapely.length(opened) > narrowest
     cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
     pieces[cut] = opened[cut]
@@ -179,7 +181,7 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
 
 
 class SolidCorners(sides.BlockCorners):
-    """Edges and corners of the outer faces of blocks in space.
+    """Edges and corners of the outer faces of blocks in space, with methods that find contacts there.
 
     An edge runs between ``start`` and ``end``.
     """
@@ -187,10 +189,10 @@ class SolidCorners(sides.BlockCorners):
     apart = NARROWEST
     outer: OuterFaces  #: outer faces of all blocks
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
-    #: Sum of the unit vectors, square to the edge, that point into the faces at each edge, shape (edges, 3).
+    #: Sum of the unit vectors that are perpendicular to the edge and point into its faces, shape (edges, 3).
     inwards: np.ndarray
-    edges: Items  #: edges as items
-    faces: Items  #: outer faces as items
+    edges: Items  #: edges with the indices of their blocks
+    faces: Items  #: outer faces with the indices of their blocks
 
     def __init__(self, shapes: Shapes, blocks: np.ndarray) -> None:
         self.shapes, self.outer = shapes, shapes.faces
@@ -199,7 +201,8 @@ class SolidCorners(sides.BlockCorners):
         block = outer.block[face]
         is_chosen = np.isin(block, blocks)
         tail, tip, face, block = tail[is_chosen], tip[is_chosen], face[is_chosen], block[is_chosen]
-        # Each edge occurs in two faces, each corner in three or more. Rounding to a grid finds the copies.
+        # Each edge belongs to two faces, and each corner to at least three. Coordinates are rounded to a grid
+        # to find repeated edges and corners.
         grid, other = (np.round(ends / shapes.tolerance) for ends in (tail, tip))
         ends = np.column_stack([block, np.minimum(grid, other), np.maximum(grid, other)])
         edge, number = np.unique(first_alike(ends), return_inverse=True)
@@ -214,7 +217,7 @@ class SolidCorners(sides.BlockCorners):
         self.faces = Items(outer.block, *outer.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the edges in faces, the corners on faces, and the edges that cross."""
+        """Return the contacts of edges in faces, of corners on faces, and of crossing edges."""
         back = pairs[:, ::-1]
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
@@ -222,7 +225,7 @@ class SolidCorners(sides.BlockCorners):
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the lengths of first blocks' edges that lie in second blocks' faces, away from their outlines.
+    """Return the pieces of first blocks' edges that are inside second blocks' faces.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and else -1.
     """
@@ -235,7 +238,8 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     near &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
     pair, j, start, end, start_height, end_height = (column[near] for column in (pair, j, *flat, *height))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
-    # Most edges run along outlines. A fast test with shrunken faces leaves few edges for the slow overlay.
+    # Most edges run along outlines of faces. A fast test with shrunken faces excludes them before the slow
+    # computation of intersections.
     face, own = np.unique(j, return_inverse=True)
     shrunken = shapely.buffer(faces.polygon[face], -narrowest / 2, join_style="bevel")
     shapely.prepare(shrunken)
@@ -257,9 +261,10 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
         is_contact &= np.abs(above) <= tolerance
         points.append(faces.frame.up(position, face) + above[:, None] / 2 * faces.frame.normal[face])
     one, other = points[0][is_contact], points[1][is_contact]
-    # Normals of faces point out of their block.
+    # The outward normal of the second block's face points into the first block; ``sign`` is -1 if the two
+    # blocks are swapped.
     normal = sign * faces.frame.normal[face[is_contact]]
-    # The tangent is square to the normal, although the edge may lean within the tolerance.
+    # Make the tangent perpendicular to the normal: the edge may be inclined to the face within the tolerance.
     along = other - one
     along -= dots(along, normal)[:, None] * normal
     accuracy = _accuracy(faces, face[is_contact], tolerance)
@@ -267,7 +272,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the corners of first blocks on faces of second blocks, away from the outlines of the faces.
+    """Return the contacts at corners of first blocks inside faces of second blocks.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and else -1.
     """
@@ -290,7 +295,8 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     length = lengths(corners.end - corners.start)
     across = np.cross(corners.direction[i], corners.direction[j])
     sine = lengths(across)
-    # Edges that nearly run along each other are no contact: an error within the tolerance turns their normal.
+    # Nearly parallel edges are no contact, because errors within the tolerance would change their common
+    # normal too much.
     is_crossing = sine * np.minimum(length[i], length[j]) > NARROWEST * tolerance
     pair, i, j, across, sine = (column[is_crossing] for column in (pair, i, j, across, sine))
     one, other = corners.direction[i], corners.direction[j]
@@ -301,12 +307,13 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     touches = np.abs(gap) <= tolerance
     for distance, edge in zip(along, (i, j), strict=True):
         touches &= (distance > tolerance) & (distance < length[edge] - tolerance)
-    # The faces of each block must lie on its own side of the plane of the two edges.
+    # The edges touch from outside if the faces of the two blocks are on opposite sides of the plane through
+    # both edges.
     towards = dots(normal, corners.inwards[i] - corners.inwards[j])
     touches &= np.abs(towards) > _FLAT
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
-    # The smaller the angle between the edges, the more an error of their directions turns the normal.
+    # At a smaller angle between the edges, errors of their directions rotate the common normal more.
     accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
     point, normal = point[touches], (sign * normal)[touches]
     return Touches(pair[touches], point, point, normal, one[touches], accuracy[touches])

@@ -8,7 +8,7 @@ from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 
 
 def near_misses(touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int) -> Facing:
-    """Return the rows of ``apart`` that are small gaps, which the drawing may not mean.
+    """Return those pairs of facing sides that are separated by a small, probably unintended gap.
 
     Three kinds of rows are left out:
 
@@ -39,7 +39,7 @@ def near_misses(touching: tuple[Facing | Touches, ...], apart: Facing, pairs: in
 
 
 def joining_tolerance(apart: Facing) -> float:
-    """Return the tolerance at which all given sides touch and their joints align; 0 without sides.
+    """Return the tolerance at which all given sides touch and become parallel; 0 if there are no sides.
 
     If two sides are not parallel, by an angle that the alignment can remove, a corner is assumed to be in
     error. The tolerance is then at least a multiple of this error.

@@ -21,18 +21,18 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import place
 from masonry_opt.scene.space.shapes import shapes
 
-#: Functions for each dimension: shapes of blocks, their sides that face each other, and their corners, which
-#: find the contacts elsewhere.
+#: Functions for each dimension (2 or 3): compute the shapes of blocks, find sides that face each other, and
+#: find contacts at corners.
 _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes, faces.facing, faces.SolidCorners),
 }
 
-#: Length below which coordinates differ by rounding, relative to the spacing of floating-point numbers at the
-#: largest coordinate.
+#: Largest difference of coordinates that counts as rounding, relative to the spacing of floating-point
+#: numbers at the largest coordinate. With a larger value, small errors of a drawing remain unaligned.
 _ROUNDING = 64.0
 
-#: Largest width of the small gap between two blocks that face each other, by the pair of their indices.
+#: Largest width of the small gap between two blocks, by the pair of the blocks' indices.
 Gaps = dict[tuple[int, int], float]
 
 
@@ -44,51 +44,58 @@ class Joints:
     vectors have two components in the plane, three in space. Points are relative to the shapes' origin.
     """
 
-    first: np.ndarray  #: index of the first block in the scene, shape (joints,)
-    second: np.ndarray  #: index of the second block, larger than that of the first, shape (joints,)
-    normal: np.ndarray  #: unit normal from the second block into the first, shape (joints, 2) or (joints, 3)
-    #: Unit vector square to the normal, shape (joints, 2) or (joints, 3). In the plane it is the normal
-    #: turned clockwise by a quarter turn. In space it runs along the longest side of a polygon, or along the
-    #: edge that touches. At a single point it runs along a side of the face, or along one of the two edges
-    #: that cross.
+    first: np.ndarray  #: index of the first block of each joint in the scene, shape (joints,)
+    #: Index of the second block of each joint, larger than the index of the first block, shape (joints,).
+    second: np.ndarray
+    normal: np.ndarray  #: unit normal, from the second into the first block, shape (joints, 2) or (joints, 3)
+    #: Unit vector perpendicular to the normal, shape (joints, 2) or (joints, 3). In the plane the vector is
+    #: the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of a polygon,
+    #: or to the edge that touches. At a single point the vector is parallel to a side of the face, or to one
+    #: of the two crossing edges.
     tangent: np.ndarray
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (joints,)
-    turn: np.ndarray  #: angle in radians by which alignment turned each normal, shape (joints,)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
+    accuracy: np.ndarray
+    turn: np.ndarray  #: angle in radians by which alignment rotated each normal, shape (joints,)
     shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
-    #: Length, in space area, shape (joints,). It is zero for a corner on an edge, and in space for a contact
-    #: along an edge or at a point.
+    #: Length (in space: area) of each joint, shape (joints,). The value is zero for a corner on an edge, and
+    #: in space for a contact along an edge or at a point.
     extent: np.ndarray
-    middle: np.ndarray  #: midpoint of each joint, centroid of a polygon, shape (joints, 2) or (joints, 3)
+    middle: np.ndarray  #: midpoint (for a polygon: centroid) of each joint, shape (joints, 2) or (joints, 3)
     #: Contact points, shape (points, 2) or (points, 3): the two ends of an edge, the corners of a polygon and
     #: of its holes, or one point.
     point: np.ndarray
-    joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
-    ring: np.ndarray  #: ring of each contact point, rising, shape (points,); outer rings precede their holes
+    joint: np.ndarray  #: index of the joint of each contact point, in ascending order, shape (points,)
+    #: Index of the outline ring of each contact point, in ascending order, shape (points,). The outer ring of
+    #: a polygon precedes the rings of its holes.
+    ring: np.ndarray
     friction: np.ndarray  #: friction coefficient, ``inf`` if unlimited, shape (joints,)
-    cohesion: np.ndarray  #: cohesion per unit of extent, shape (joints,)
+    cohesion: np.ndarray  #: cohesion per unit of joint length (in space: area), shape (joints,)
     dilatancy: np.ndarray  #: dilatancy tan ψ, shape (joints,)
-    #: Mean normal stresses up to which dilatancy is whole, and from which on it is zero, shape (joints, 2);
-    #: ``inf`` if dilatancy does not depend on stress.
+    #: Mean normal stress up to which each joint has its full dilatancy, and mean normal stress above which
+    #: the dilatancy is zero, shape (joints, 2); ``inf`` if dilatancy does not depend on stress.
     dilatancy_stress: np.ndarray
-    strength: np.ndarray  #: compressive strength per unit of extent, ``inf`` if unlimited, shape (joints,)
+    #: Compressive strength per unit of joint length (in space: area), ``inf`` if unlimited, shape (joints,).
+    strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
-    gaps: Gaps  #: small gaps between blocks that face each other
-    joining_tolerance: float  #: tolerance that closes all small gaps and aligns their joints; 0 without gaps
-    facing: np.ndarray  #: lines along small gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
-    #: Pairs of blocks (indices) that meet without a normal, and so without a joint: corner on corner, in
-    #: space also corner on edge or edge along edge. Places at which both blocks have joints are left out, and
-    #: pairs with a small gap.
+    gaps: Gaps  #: small gaps between blocks, with their largest widths
+    joining_tolerance: float  #: smallest tolerance at which all small gaps become joints; 0 without gaps
+    #: Lines along small gaps (in space: around small gaps), shape (lines, 2, 2) or (lines, 2, 3).
+    facing: np.ndarray
+    #: Indices of pairs of blocks that touch without a contact normal and therefore have no joint: corner on
+    #: corner, in space also corner on edge or edge along edge. The list contains neither pairs that touch
+    #: where both blocks have joints, nor pairs with a small gap.
     without_normal: list[tuple[int, int]]
-    meets: np.ndarray  #: points at which blocks meet without a normal, shape (points, 2) or (points, 3)
+    #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
+    meets: np.ndarray
 
     @cached_property
     def first_point(self) -> np.ndarray:
-        """Return the number of the first contact point of each joint, shape (joints,)."""
+        """Return the index of the first contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)))
 
     @property
     def last_point(self) -> np.ndarray:
-        """Return the number of the last contact point of each joint, shape (joints,)."""
+        """Return the index of the last contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1
 
     @property
@@ -110,7 +117,7 @@ class Joints:
         return self.joint, np.arange(len(self.joint))[None]
 
     def most(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value of each joint, shape (joints,), for values of its contact points."""
+        """Return the largest of the values at each joint's contact points, shape (joints,)."""
         return np.maximum.reduceat(values, self.first_point)
 
     @property
@@ -125,12 +132,15 @@ class Joints:
 
     @property
     def axes(self) -> np.ndarray:
-        """Return normals and tangents, in space also their vector products, shape (dim, joints, dim)."""
+        """Return the axes of all joints, shape (dim, joints, dim).
+
+        The axes are the normals, the tangents and in space their vector products.
+        """
         across = [np.cross(self.normal, self.tangent)] if self.normal.shape[1] > 2 else []
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sides of the outlines of all joints, and the joint of each side, rising.
+        """Return the sides of the outlines of all joints, and the index of each side's joint, ascending.
 
         In the plane the joints themselves are the sides. Sides are pairs of ends, shape (lines, 2, 2) or
         (lines, 2, 3). A joint at a single point has one side with equal ends.
@@ -140,9 +150,10 @@ class Joints:
 
 
 def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of the sides of rings, and the corner at which each side begins.
+    """Return the sides of rings of corners, and the index of the corner at which each side begins.
 
-    ``count`` is the number of corners of each ring. A ring of two corners has one side.
+    A side is given by its two ends. ``count`` is the number of corners of each ring. A ring of two corners
+    has one side.
     """
     after = following(count)
     is_way_back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
@@ -195,7 +206,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     touch, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
     fixed_pairs = len(np.unique(facing.pair[touch & ~can_move]))
     shared, across = facing.where(touch & can_move), facing.where(~touch & can_move)
-    # Two convex blocks that share a side meet nowhere else.
+    # Two convex blocks that share a side have no other contact, so only other pairs are searched for contacts
+    # at corners.
     may_meet_elsewhere = ~both_fixed
     may_meet_elsewhere[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
     asked = np.flatnonzero(may_meet_elsewhere)
@@ -206,7 +218,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
     joining = joining_tolerance(across)
-    # For each pair of blocks, shared sides come first, then contacts along edges and at points.
+    # Order the joints by pair of blocks; within a pair, shared sides precede contacts along edges and at
+    # points.
     owner = np.concatenate([shared.pair, contacts.pair])
     order = np.argsort(owner, kind="stable")
     outlines = zip(shared.outlines(), contacts.outlines(len(shared.pair)), strict=True)
@@ -256,7 +269,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return lengths and midpoints of plane joints, recomputed if alignment moved a contact point."""
+    """Return lengths and midpoints of plane joints, recomputed for joints that the alignment moved."""
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[after.shift > 0])
     start = after.point[np.searchsorted(joint, moved)]
@@ -268,7 +281,7 @@ def _measure_moved(
 def joint_properties(
     scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, joining: float
 ) -> dict[str, Any]:
-    """Return the properties of joints as :class:`Joints` has them.
+    """Return friction, cohesion, dilatancy and strength of all joints, as attributes of :class:`Joints`.
 
     Raises CaseError if the two blocks of an exception do not touch. The message names the tolerance
     ``joining`` that closes the small gaps if one of ``gaps`` separates the two blocks.
@@ -288,7 +301,7 @@ def joint_properties(
             if (one, other) in gaps:
                 width = f"the gap between them is up to {rounded_up(gaps[one, other], 2)} wide"
                 remedy = f": {width}; {set_tolerance(joining)} if they should touch"
-            no_joint = f"these blocks {why}, so there is no joint to describe"
+            no_joint = f"these blocks {why}, so they have no joint whose properties could be set"
             raise CaseError(f"{scene.origin}: {where}: {no_joint}{remedy}")
         for name, value in _values(exception.over(scene.joints)).items():
             properties[name][of_both] = value
@@ -296,8 +309,9 @@ def joint_properties(
 
 
 def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Return the properties of a joint by name, ``inf`` for limits that it does not have."""
-    # A joint with unlimited friction does not slide, so that cohesion and dilatancy have no effect.
+    """Return the properties of a joint by name; ``inf`` stands for no limit."""
+    # A joint with unlimited friction cannot slide, so cohesion and dilatancy have no effect and are set to
+    # zero.
     slides = np.isfinite(joint.friction)
     return {
         "friction": joint.friction,
@@ -308,25 +322,26 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
     }
 
 
-#: Largest number of pairs of blocks near each other, in addition to that for each block. A larger value takes
-#: more time and memory before blocks that lie on one another are refused.
+#: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
+#: With a larger value, a scene of coincident blocks is refused only after more time and memory.
 _MOST_PAIRS = 1_000_000
 
-#: Largest number of such pairs for each block. A block among others has about six neighbours. If all blocks
-#: lie on one another, each is a neighbour of all.
+#: Largest number of pairs of neighbouring blocks for each block. In a wall a block has about six neighbours;
+#: coincident blocks are all neighbours of each other.
 _MOST_PAIRS_PER_BLOCK = 40
 
-#: Number of blocks whose neighbours are searched for at a time.
+#: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
 _BLOCKS_AT_A_TIME = 100
 
 
 def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
-    """Return the sorted pairs of indices i < j of blocks whose boxes are near each other, shape (pairs, 2).
+    """Return the pairs of blocks whose bounding boxes are near each other, as sorted indices i < j.
 
-    Raises CaseError if there are too many pairs.
+    The shape is (pairs, 2). Raises CaseError if there are too many pairs.
     """
     (low, high), far = shapes.boxes, shapes.reach
-    # In space, the tree holds the boxes as seen in the direction in which the scene is least deep.
+    # The search tree is two-dimensional. In space, omit the coordinate axis along which the scene is
+    # shortest.
     across = np.argsort(np.ptp(low, axis=0))[-2:]
     tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
     grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
@@ -343,7 +358,7 @@ def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
         number_of_pairs += len(pairs[-1])
         if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
             many = f"the first {min(last, count)} have {number_of_pairs} neighbours"
-            why = f"blocks lie on one another: {many}; give each block a place of its own"
+            why = f"too many blocks overlap or coincide: {many}; check the coordinates of the blocks"
             raise CaseError(f"{scene.origin}: {why}")
     return np.unique(np.concatenate(pairs), axis=0)
 
@@ -370,23 +385,24 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
     remedy = shapes.remedy.format(rounded_up(depth, 2))
     if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
-        remedy = ", or leave one out: one lies within the other"
+        remedy = ", or remove one: one block is inside the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min():
-        # Rounding leaves slivers, which a tolerance removes. Deeper overlaps are meant to be moved apart.
+        # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
+        # For deeper overlaps the blocks must be moved apart.
         joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
         remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
-    at = f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
+    at = f"near {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
     raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
 
 
 def _tolerance_for_overlaps(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
 ) -> float:
-    """Return the tolerance at which overlaps up to a depth, and small gaps, become joints that align.
+    """Return the tolerance at which overlaps up to a given depth, and small gaps, become joints.
 
     ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
     """
@@ -403,14 +419,14 @@ def _tolerance_for_overlaps(
 def refuse_floating(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], gaps: Gaps, joining: float
 ) -> None:
-    """Raise CaseError if a block touches nothing or is not linked to a support.
+    """Raise CaseError if a block touches no other block or is not connected to a support.
 
     ``joined`` holds the two blocks of each joint, ``joining`` is the tolerance that closes the small gaps.
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
     joints = len(first)
-    # Ties and props that end at the ground count as linked to a fixed block, which does not move either.
+    # Treat the ground as a fixed block: both are supports for ties and props that end there.
     ground = int(fixed.argmax())
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
@@ -424,15 +440,19 @@ def refuse_floating(
         raise_for(alone, scene, f"touches no other block: {advice}")
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
-    raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
+    raise_for(
+        loose, scene, "is not connected to any fixed block, directly or through other blocks: support it"
+    )
     if not joints:
-        raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
+        raise CaseError(
+            f"{scene.origin}: the scene has no joints, only ties and props: let at least two blocks touch"
+        )
 
 
 def _nearest_block(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
-    """Return the distance of a block that touches nothing from another block, and a remedy, as text.
+    """Return as text the distance of an isolated block from its neighbour, and how to close the gap.
 
-    The other block is the nearest one that the block faces, or else the nearest of all blocks.
+    The neighbour is the nearest block that faces the isolated block, or else the nearest of all blocks.
     """
     remedy = ""
     faced = [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]
@@ -448,5 +468,5 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joinin
     if faced or gap <= shapes.reach[both].min():
         remedy = f", or {set_tolerance(max(gap, joining))} if coordinates are inexact"
     elif gap <= shapes.mortar * shapes.width[both].min():
-        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
-    return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or take the block away"
+        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if the drawing leaves out mortar"
+    return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or remove the block"

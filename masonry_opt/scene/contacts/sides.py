@@ -15,22 +15,23 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Largest distance between two edges that touch along a length, relative to that length. The tolerance limits
-#: the distance too, so this share matters for lengths below ten tolerances. A larger value accepts edges that
-#: lean more.
+#: Largest distance between two edges that touch along a shared segment, relative to the segment's length.
+#: Because the tolerance also limits the distance, this value matters only for lengths below ten tolerances. A
+#: larger value accepts edges at a larger angle to each other.
 LEAN = 0.1
 
 
 @dataclass(frozen=True)
 class Items:
-    """Faces, edges or corners of all blocks, with the boxes that enclose them."""
+    """Faces, edges or corners ("items") of all blocks, with their bounding boxes."""
 
-    block: np.ndarray  #: block of each item, rising, shape (items,)
-    low: np.ndarray  #: least coordinates of each item, shape (items, 2) or (items, 3)
-    high: np.ndarray  #: largest coordinates of each item, shape (items, 2) or (items, 3)
+    #: Index of the block to which each face, edge or corner belongs, in ascending order, shape (items,).
+    block: np.ndarray
+    low: np.ndarray  #: smallest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
+    high: np.ndarray  #: largest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
 
     def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the items of each pair's first block that are near the box of its second block.
+        """Return the items of each pair's first block that are near the second block's bounding box.
 
         Parameters
         ----------
@@ -59,7 +60,7 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> tuple[np.ndarray, ...]:
-    """Return pairs of items, one of each block of a pair, whose boxes are near each other.
+    """Return pairs of items, one of each block of a pair, whose bounding boxes are near each other.
 
     Parameters
     ----------
@@ -95,23 +96,27 @@ def near_items(
 
 @dataclass(frozen=True)
 class Facing(Rows, ABC):
-    """Lengths or polygons that sides of two blocks share, halfway between these sides.
+    """Segments or polygons that sides of two blocks share, halfway between these sides.
 
     Two sides that face each other share the part of their bisecting line or plane onto which both project.
     """
 
-    pair: np.ndarray  #: pair of blocks of each row, rising, shape (facing,)
-    most: np.ndarray  #: largest distance of the second block's side outside the first one, shape (facing,)
-    extent: np.ndarray  #: length, in space area, shape (facing,)
-    middle: np.ndarray  #: midpoint, in space centroid, shape (facing, 2) or (facing, 3)
-    normal: np.ndarray  #: unit normal into the first block, shape (facing, 2) or (facing, 3)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (facing,)
+    #: Number of the pair of blocks that share each segment or polygon, in ascending order, shape (facing,).
+    pair: np.ndarray
+    #: Largest distance between the two sides (in space: negative if they overlap), shape (facing,).
+    most: np.ndarray
+    extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (facing,)
+    #: Midpoint of each segment (in space: centroid of each polygon), shape (facing, 2) or (facing, 3).
+    middle: np.ndarray
+    normal: np.ndarray  #: unit normal, pointing into the first block, shape (facing, 2) or (facing, 3)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (facing,).
+    accuracy: np.ndarray
     angle: np.ndarray  #: angle in radians between the two sides, shape (facing,)
-    shorter: np.ndarray  #: length of the shorter edge, in space width of the narrower face, shape (facing,)
+    shorter: np.ndarray  #: length of the shorter edge (in space: width of the narrower face), shape (facing,)
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the tangents and the outlines of all rows.
+        """Return the tangents and the outlines of all shared segments or polygons.
 
         An outline has an outer ring, which begins with the side along the tangent. Holes follow as further
         rings.
@@ -130,24 +135,28 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the row with its number, shape (points,)."""
+        """Return the distance of each point from the segment or polygon with its number, shape (points,)."""
 
 
 @dataclass(frozen=True)
 class Touches(Rows):
-    """Contacts of pairs of blocks at points, in space also along lines."""
+    """Contacts of pairs of blocks at points (in space: also along lines)."""
 
-    pair: np.ndarray  #: pair of blocks of each contact, shape (touches,)
-    start: np.ndarray  #: one end, shape (touches, 2) or (touches, 3)
-    end: np.ndarray  #: other end, equal to ``start`` at a point, shape (touches, 2) or (touches, 3)
-    normal: np.ndarray  #: unit normal into the first block, shape (touches, 2) or (touches, 3)
-    #: Unit vector square to the normal, shape (touches, 2) or (touches, 3). In the plane it is the normal
-    #: turned clockwise by a quarter turn. In space it runs along the edge, or along a side of the face.
+    pair: np.ndarray  #: number of the pair of blocks of each contact, shape (touches,)
+    #: Start of each line of contact, or the point of contact, shape (touches, 2) or (touches, 3).
+    start: np.ndarray
+    #: End of each line of contact, equal to ``start`` for a point, shape (touches, 2) or (touches, 3).
+    end: np.ndarray
+    normal: np.ndarray  #: unit normal, pointing into the first block, shape (touches, 2) or (touches, 3)
+    #: Unit vector perpendicular to the normal, shape (touches, 2) or (touches, 3). In the plane the vector is
+    #: the normal rotated clockwise by 90°. In space the vector is parallel to the edge, or to a side of the
+    #: face.
     along: np.ndarray
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (touches,)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (touches,).
+    accuracy: np.ndarray
 
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return tangents and outlines in the form of :meth:`Facing.outlines`.
+        """Return the tangents and outlines of contacts in the form of :meth:`Facing.outlines`.
 
         Each contact has one ring, of one point or of two ends. Rows are numbered from ``first`` on.
         """
@@ -161,29 +170,30 @@ class Touches(Rows):
 
 
 class BlockCorners(ABC):
-    """Corners of blocks, with the contacts of blocks at corners and along edges."""
+    """Corners of blocks, and methods that find contacts of blocks at corners and along edges."""
 
     shapes: Extents
-    point: np.ndarray  #: corners, shape (corners, 2) or (corners, 3)
-    corners: Items  #: corners as items
-    met: Items  #: items that corners meet without a normal: corners, in space edges
-    start: np.ndarray  #: one end of each item of ``met``, shape (items, 2) or (items, 3)
-    end: np.ndarray  #: other end of each item of ``met``, shape (items, 2) or (items, 3)
-    #: Distance, in tolerances, from the sides that two blocks share beyond which a contact is another place.
+    point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
+    corners: Items  #: corners with the indices of their blocks
+    met: Items  #: corners (in space: edges) at which the contact of another block's corner has no normal
+    start: np.ndarray  #: start of each corner or edge of ``met``, shape (items, 2) or (items, 3)
+    end: np.ndarray  #: end of each corner or edge of ``met``, shape (items, 2) or (items, 3)
+    #: Smallest distance, relative to the tolerance, of a separate contact from the sides that two blocks
+    #: share.
     apart: float
 
     @abstractmethod
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of pairs of blocks, one table for each kind of contact.
+        """Return the contacts of pairs of blocks at corners and edges, one table for each kind of contact.
 
         ``Touches.pair`` is the number of the row in ``pairs``.
         """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
-        """Return the contacts of blocks that lie away from shared sides, and from each other.
+        """Return the contacts at corners and edges that are away from shared sides and from each other.
 
-        They are ordered by pair, then by kind, then by length from the longest on. A contact near an earlier
-        one of its pair is left out.
+        Contacts are ordered by pair, then by kind, then by decreasing length. A contact is left out if an
+        earlier contact of its pair is near.
 
         Parameters
         ----------
@@ -219,7 +229,7 @@ class BlockCorners(ABC):
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pairs that meet at a point without a normal, and the points.
+        """Return the pairs of blocks that meet at a point without a contact normal, and these points.
 
         A point is left out if both blocks have a joint there, with each other or with other blocks.
 
@@ -261,7 +271,7 @@ class BlockCorners(ABC):
 
 
 def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the distance of each point from its line segment, shape (points,).
+    """Return the distance of each point from the line segment with the same index, shape (points,).
 
     A segment with equal ends is a point.
     """
@@ -272,9 +282,9 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Return the distance of each point from the nearest row with its key, shape (points,).
+    """Return each point's distance from the nearest segment, polygon or contact that has the point's key.
 
-    The distance is infinite if no row has the key.
+    The shape is (points,). The distance is infinite if no row of ``found`` has the key of the point.
 
     Parameters
     ----------

@@ -18,28 +18,30 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
 
-#: Distance between the middles of solids of one plane, relative to the thickest solid. Larger distances are
-#: refused.
+#: Largest distance between the middle planes of the prisms of a scene in the plane, relative to the thickness
+#: of the thickest prism. A larger value accepts walls of eccentric blocks.
 _PLANE_TOLERANCE = 1e-4
 
-#: Default tolerance of lengths, relative to a solid's size. It allows for corners in single precision.
+#: Default tolerance of lengths, relative to a solid's size. The value allows for coordinates in single
+#: precision.
 _RELATIVE_TOLERANCE = 1e-5
 
-#: Outlines of solids, projected along a direction, and their thickness along it, shape (solids,).
+#: Outlines of solids projected along a direction, and the solids' thicknesses in this direction, shape
+#: (solids,).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 
-#: Key of a block, its shape, True if it is a support, and its transformation if it has one.
+#: Key of a block, shape of the block, True for a support, and transformation of the block or None.
 _DrawnBlock = tuple[object, Any, bool, Any]
 
 #: Unit vectors of the axes by their names.
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Keys of the content of COMPAS objects. Tables without these keys wrap the content (in "data", older
-#: "value").
+#: Keys of tables with the content of a COMPAS object. A table with none of these keys is a wrapper, with the
+#: content under "data" (in old files "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
 class CompasDrawing(stones.FlatDrawing):
-    """Values that COMPAS data does not contain: see :func:`read_compas`."""
+    """Values that the user adds to COMPAS data, such as friction; see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
 
@@ -94,7 +96,8 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     if space is None and live is not None:
         space = np.size(live) == 3
     if space and along is not None:
-        raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
+        remedy = "omit 'along', or give 'live' two components"
+        raise CaseError(f"{path}: 'along' applies to scenes in the plane only: {remedy}")
     given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
@@ -105,20 +108,22 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
                 seen = _seen(meshes, flat)
             except ValueError as error:
                 if space is False or along is not None:
-                    raise ValueError(f"{error}. Or read blocks whole: a 'live' of three numbers") from None
+                    raise ValueError(
+                        f"{error}. To read the blocks as solids in space, give 'live' three components"
+                    ) from None
             else:
                 return stones.scene_of(_blocks(meshes, seen, flat), flat, path)
         return stones.scene_in_space(meshes, stones.SolidDrawing.of(given), path)
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Return the solids, projected along the given direction, or along the only possible one.
+    """Return the solids projected along the given direction, or else along the only possible direction.
 
-    Raises ValueError if the solids are not prisms along it, or several directions are possible.
+    Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
     """
     if drawing.along is not None:
         if not any(drawing.along):
-            raise ValueError("'along' needs a direction, such as y")
+            raise ValueError("'along' is a zero vector: give a direction, such as y")
         along = np.array(drawing.along)
         with stones.naming(f"'along' {_direction_name(along)}:"):
             return _seen_along(meshes, along / np.linalg.norm(along), drawing)
@@ -130,15 +135,16 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
         except ValueError as error:
             failures.append(f"along {_direction_name(unit)} {error}")
     if not views:
-        instead = "Name the direction by 'along' if it is another, or their middles need not lie in one plane"
+        instead = "If the wall has another direction or eccentric blocks, name the direction with 'along'"
         raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(failures[:3])}. {instead}")
     if len(views) > 1:
-        raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
+        possible = " and along ".join(views)
+        raise ValueError(f"all blocks are prisms along {possible}: choose a direction with 'along'")
     return next(iter(views.values()))
 
 
 def _direction_name(direction: np.ndarray) -> str:
-    """Return the name of a direction: that of an axis, or its components."""
+    """Return a direction as text: the name of an axis, or else the components."""
     for name, axis in _AXES.items():
         if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
             return name
@@ -146,7 +152,7 @@ def _direction_name(direction: np.ndarray) -> str:
 
 
 def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> list[Block]:
-    """Return the blocks of projected solids, with their weights and live loads."""
+    """Return the plane blocks of projected solids, with their weights and live loads."""
     blocks = []
     for mesh, outline, thickness in zip(meshes, *view, strict=True):
         weight = drawing.unit_weight * outline.area * float(thickness)
@@ -164,19 +170,19 @@ def _axes(unit: np.ndarray) -> np.ndarray:
     if abs(abs(unit[2]) - 1) < 1e-9:
         return np.eye(3)[:2]
     if abs(unit[2]) > 1e-6:
-        raise ValueError("is neither level nor upright: weights would not act in the plane")
+        raise ValueError("is neither horizontal nor vertical, so weights would not act in the plane")
     across = np.cross(unit, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    # The view is from the side on which x (or y, if x has no part) runs to the right.
+    # Look from the side from which the x axis points to the right (the y axis, if the view is along x).
     if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
         across = -across
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
 
 
 def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
-    """Return the directions along which solids may be prisms.
+    """Return the candidates for the direction along which all solids are prisms.
 
-    These are y, x and the horizontal normals of the first solid's faces; for polygons also z.
+    The candidates are y, x and the horizontal normals of the first solid's faces; for polygons also z.
     """
     x, y, z = np.eye(3)
     directions = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
@@ -190,16 +196,18 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
 
 
 def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
-    """Return the solids as prisms along a direction.
+    """Return the outlines and thicknesses of solids that are prisms along a direction.
 
-    Raises ValueError, which names the block, if one is not a prism or does not lie in the common plane.
+    Raises ValueError, with the name of the block, if a block is not a prism or not in the common plane.
     """
     plane = _axes(unit)
     outlines = []
     flat = all(mesh.flat for mesh in meshes)
     for mesh in meshes:
         if mesh.flat and not flat:
-            raise ValueError(f"block '{mesh.name}' is a single face among solids: give it a thickness")
+            raise ValueError(
+                f"block '{mesh.name}' is a single face, but other blocks are solids: give it a thickness"
+            )
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
     along = [mesh.points @ unit for mesh in meshes]
@@ -207,24 +215,30 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
     if not flat and drawing.along is not None:
         if begin.max() >= end.min():
             behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
-            raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
+            raise ValueError(
+                f"block '{behind}' is entirely behind block '{before}': no plane cuts both blocks"
+            )
     elif not flat:
         middle = (begin + end) / 2
         off = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
         if off.any():
             other = meshes[off.argmax()].name
-            raise ValueError(f"block '{other}' has its middle in another plane than most")
+            raise ValueError(f"the middle of block '{other}' is not in the middle plane of most blocks")
     return outlines, end - begin
 
 
 def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
-    """Return the outline of the two equal ends of a prism. Raises ValueError if there are none."""
+    """Return the outline of the two equal ends of a prism. Raises ValueError if the mesh is not a prism."""
     tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     along = mesh.points @ unit
     seen = mesh.points @ plane.T
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
-        raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
+        raise ValueError(
+            "is a face that is not perpendicular to this direction"
+            if mesh.flat
+            else "has no thickness in this direction"
+        )
     if not mesh.flat:
         refuse_holes(mesh, tolerance)
     ends = []
@@ -232,18 +246,20 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
         if np.ptp(along[side.rings[0]]) <= tolerance:
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:
-            raise ValueError("has a face that is neither along it nor across: it is no prism")
+            raise ValueError("is not a prism: a face is neither parallel nor perpendicular to this direction")
     if len(ends) != 2 - mesh.flat:
-        raise ValueError("has a step along it, or an end of several parts, or none: it is no prism")
+        raise ValueError(
+            "is not a prism: in this direction it has a step, no end face, or an end face in several parts"
+        )
     if not all(end.is_valid for end in ends):
         raise ValueError("has a face that crosses itself")
     if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
-        raise ValueError("has two ends that differ: it is no prism")
+        raise ValueError("is not a prism: its two end faces differ")
     return shapely.orient_polygons(ends[0])
 
 
 def _meshes(data: Any) -> list[Mesh]:
-    """Return the blocks of COMPAS data.
+    """Return the blocks of COMPAS data as meshes.
 
     The data is an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem, a
     problem that contains one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError if it is
@@ -258,10 +274,10 @@ def _meshes(data: Any) -> list[Mesh]:
             points, faces = _faces(shape)
             meshes[name] = Mesh(name, _moved(points, matrix), faces, fixed)
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-            why = str(error) if isinstance(error, CaseError) else "has no mesh, polyhedron or polygon"
-            raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
+            why = str(error) if isinstance(error, CaseError) else "is not a mesh, polyhedron, box or polygon"
+            raise ValueError(f"block '{name}' {why}: remove the block, or draw it as a mesh") from None
     if not meshes:
-        raise ValueError("holds no blocks")
+        raise ValueError("contains no blocks")
     return list(meshes.values())
 
 
@@ -285,12 +301,12 @@ def _content(value: Any) -> Any:
 
 
 def _table(value: Any) -> dict[str, Any]:
-    """Return the value if it is a table, else an empty one."""
+    """Return the value if it is a table (dict), and otherwise an empty table."""
     return value if isinstance(value, dict) else {}
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model, a list or an object that contains one of them."""
+    """Yield the blocks of an assembly, a model or a list, also if another object contains them."""
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)
@@ -312,20 +328,20 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
         yield from _drawn(blocks)
     else:
         known = "an assembly, a model, or a list of meshes or polygons"
-        raise ValueError(f"is no COMPAS data: it must hold {known}")
+        raise ValueError(f"is not COMPAS data: expected {known}")
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of a list, numbered from 0."""
+    """Yield the blocks of a list; their keys are numbers from 0."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
 def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the elements of a block model, numbered from 0."""
+    """Yield the elements of a block model; their keys are numbers from 0."""
     if model.get("transformation"):
-        raise ValueError("has a model that is transformed as a whole: apply the transformation first")
+        raise ValueError("has a transformation of the whole model: apply the transformation before export")
     elements = model["elements"]
     for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
         keys = _table(_table(element).get("data"))
@@ -333,7 +349,7 @@ def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly that stores them beside its graph."""
+    """Yield the blocks of an assembly that stores its blocks outside its graph."""
     assembly = _table(table.get("assembly"))
     nodes = _table(assembly.get("node", assembly.get("vertex")))
     for key, block in _sorted(table["blocks"]):
@@ -341,7 +357,7 @@ def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _flattened(items: list[Any]) -> Iterator[Any]:
-    """Yield the blocks of a list, or of lists in it, such as courses.
+    """Yield the blocks of a list and of its nested lists, such as courses.
 
     A list of points is a polygon.
     """
@@ -351,26 +367,26 @@ def _flattened(items: list[Any]) -> Iterator[Any]:
 
 
 def _may_be_block(value: Any) -> bool:
-    """Return True if a value is a table or a list, but not a point."""
+    """Return True if a value can describe a block: a table, or a list that is not a point."""
     content = _content(value)
     is_point = isinstance(content, list) and all(isinstance(number, int | float) for number in content)
     return isinstance(value, dict | list) and not is_point
 
 
 def _is_support(attributes: Any) -> bool:
-    """Return True if attributes mark a support."""
+    """Return True if the attributes of a block mark it as a support."""
     return _table(attributes).get("is_support") is True
 
 
 def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Return the entries of a table, sorted by number if all keys are numbers."""
+    """Return the entries of a table, in ascending order of their keys if all keys are numbers."""
     if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
         return sorted(table.items(), key=lambda entry: int(entry[0]))
     return list(table.items())
 
 
 def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the points and faces of a mesh or polyhedron; a polygon has one face."""
+    """Return the points and faces of a mesh, polyhedron, box or polygon; a polygon has one face."""
     shape = _content(shape)
     if isinstance(shape, list):
         return _polygon(shape)
@@ -388,20 +404,20 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
         return _polygon(shape["points"])
     corners = _numbers(points)
     if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
-        raise CaseError("has no faces, or faces without corners")
+        raise CaseError("has no faces, or a face with fewer than three valid corners")
     if len(faces) == 1:
         return corners[faces[0]], [list(range(len(faces[0])))]
     return corners, faces
 
 
 def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the corners and faces of a box, whose frame has its origin in the middle of the box."""
+    """Return the corners and faces of a box that is given by its frame (origin at the centre) and sizes."""
     frame = _table(_content(shape["frame"]))
     point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
     z = np.cross(x, y)
     half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
     if not (z.any() and min(half) > 0):
-        raise CaseError("is a box without extent, or whose frame has no two axes")
+        raise CaseError("is a box with a size of zero, or its frame has parallel axes")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
     return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
@@ -413,30 +429,30 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
     if len(corners) > 1 and (corners[0] == corners[-1]).all():
         corners = corners[:-1]
     if len(corners) < 3:
-        raise CaseError("is a polygon of less than three corners")
+        raise CaseError("is a polygon with fewer than three corners")
     return corners, [list(range(len(corners)))]
 
 
 def _numbers(points: list[Any]) -> np.ndarray:
-    """Return points in space, shape (points, 3); points with two coordinates have z = 0."""
+    """Return the coordinates of points, shape (points, 3); z is 0 for points with two coordinates."""
     rows = [tuple(map(_number, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
-        raise CaseError("has a corner of neither two nor three coordinates")
+        raise CaseError("has a corner that has neither two nor three coordinates")
     return np.array([(*row, 0.0)[:3] for row in rows])
 
 
 def _number(value: Any) -> float:
-    """Return a coordinate as a number. Raises CaseError if it is not one."""
+    """Return a coordinate as a number. Raises CaseError if the value is not a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
-        raise CaseError("has a coordinate that is no number")
+        raise CaseError("has a coordinate that is not a number")
     return float(value)
 
 
 def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
-    """Return the points after the transformation of their block."""
+    """Return the points of a block after its transformation."""
     if transformation is None:
         return points
     matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
-        raise CaseError("has a transformation that is no 4 × 4 matrix")
+        raise CaseError("has a transformation that is not a 4 × 4 matrix")
     return points @ matrix[:3, :3].T + matrix[:3, 3]

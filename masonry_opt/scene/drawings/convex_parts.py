@@ -4,22 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
 from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.faces import place
 
-#: Largest number of convex parts of one block. Curved surfaces need more, and have too many contacts to be
-#: solved.
+#: Largest number of convex parts of one block. A block that needs more parts is refused: it usually has a
+#: curved surface, with too many contacts for an analysis.
 _MOST_PARTS = 1000
 
-#: Distance, relative to the tolerance, within which triangles of a hull are certainly in one plane.
+#: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
 _COPLANAR_SHARE = 1e-3
 
-#: Largest share of a block's volume in parts that are left out because they are thin. A curved block leaves
-#: out about 0.03 %.
+#: Largest share of a block's volume in parts that are omitted because they are thinner than the tolerance.
+#: For a block with curved surfaces the share is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
 
 #: Corners of a unit square.
@@ -30,20 +29,20 @@ _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in
 
 
 class _Pieces(NamedTuple):
-    """Convex pieces of sides in a cell."""
+    """Convex pieces of a block's sides inside one cell of a binary space partition."""
 
     rings: list[np.ndarray]  #: corners of each piece, shape (corners, 3)
-    side: np.ndarray  #: number of the side of each piece
+    side: np.ndarray  #: index of the side to which each piece belongs, shape (pieces,)
 
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and largest height of each piece over planes, shape (pieces, planes) each."""
+        """Return the smallest and largest height of each piece above planes, shape (pieces, planes) each."""
         over = np.concatenate(self.rings) @ normal.T - dots(base, normal)
         piece = np.repeat(np.arange(len(self.rings)), list(map(len, self.rings)))
         return bounds(piece, over, len(self.rings))
 
 
 def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
-    """Return convex polyhedra that make up a closed one.
+    """Divide a closed polyhedron into convex polyhedra.
 
     The algorithm is binary space partition (Fuchs, Kedem and Naylor 1980). Space is cut along the planes of
     sides, and each cell along those of the sides in it, until no cell has a side inside. A cell is then full
@@ -66,7 +65,8 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
         pieces, cell = queue.pop()
         number = _best(pieces, base, normal, tolerance)
         halves = _divided(pieces, base[number], normal[number], tolerance)
-        # If sides in the plane face the other way, closed surfaces touch there, and both halves are full.
+        # If two sides in the plane have opposite normals, two closed surfaces touch there; the half in front
+        # of the plane is then solid too.
         within = np.setdiff1d(pieces.side, np.concatenate([half.side for half in halves]))
         ahead = (base[within] - base[number]) @ normal[number] > -_COPLANAR_SHARE * tolerance
         touching = bool((ahead & (normal[within] @ normal[number] < 0)).any())
@@ -79,27 +79,31 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
             if part:
                 parts.append(part)
         if len(parts) + len(queue) > _MOST_PARTS:
-            raise ValueError(f"is not convex, and needs more than {_MOST_PARTS} convex parts: simplify it")
+            raise ValueError(
+                f"is not convex and would need more than {_MOST_PARTS} convex parts: simplify the block"
+            )
     if not parts:
-        raise ValueError("has no volume: give the faces of a solid, all outwards")
+        raise ValueError("has no volume: draw the faces of a solid, all oriented outwards")
     _check_volume(block, parts, tolerance)
     return parts
 
 
 def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
-    """Raise ValueError if the parts of a block do not have its volume."""
+    """Raise ValueError if the volumes of a block's parts do not add up to the volume of the block."""
     off = abs(sum(part.volume for part in parts) - block.volume)
     edge = block.unclosed()
     rounding = tolerance * sum(side.area for side in block.sides)
     if edge is not None and off > rounding:
         one, other = map(place, edge)
-        raise ValueError(f"is not closed at its edge from {one} to {other}: give each edge in two faces")
+        raise ValueError(
+            f"is not closed at its edge from {one} to {other}: each edge must belong to two faces"
+        )
     if off > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
-        raise ValueError("has faces that cross or lie in one another: make one closed surface of them")
+        raise ValueError("has faces that cross or coincide: draw one closed surface")
 
 
 def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
-    """Return the convex pieces of all sides."""
+    """Divide all sides of a block into convex pieces."""
     rings: list[np.ndarray] = []
     numbers: list[int] = []
     for number, side in enumerate(sides):
@@ -107,14 +111,16 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
         try:
             convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
         except shapely.errors.GEOSException:
-            raise ValueError("has a face that crosses itself: give its corners in order round it") from None
+            raise ValueError(
+                "has a face that crosses itself: list its corners in order around the face"
+            ) from None
         rings += [side.base + piece @ across(side.normal) for piece in convex]
         numbers += [number] * len(convex)
     return _Pieces(rings, np.array(numbers, dtype=int))
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """Return the side along whose plane the cell is cut."""
+    """Choose the side along whose plane a cell is cut next, and return the side's index."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
     ahead, behind = high > tolerance, low < -tolerance
@@ -123,7 +129,10 @@ def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: floa
 
 
 def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
-    """Return the pieces in front of a plane and those behind it, without those in the plane."""
+    """Cut pieces along a plane; return the pieces in front of the plane and the pieces behind it.
+
+    Pieces in the plane are left out.
+    """
     low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
     ahead, behind = high > tolerance, low < -tolerance
 
@@ -138,12 +147,12 @@ def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: f
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a convex polygon behind a plane, and those of its corners that lie in the plane."""
+    """Return the part of a convex polygon behind a plane, and the corners of the part in the plane."""
     height = (ring - base) @ normal
     after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
     crosses = (height > 0) != (height_after > 0)
     share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
-    # Each corner is followed by the point at which the side behind it crosses the plane.
+    # Insert after each corner the point at which the following side of the polygon crosses the plane.
     points = np.stack([ring, ring + share[:, None] * (after - ring)], axis=1).reshape(-1, 3)
     behind = np.column_stack([height <= 0, crosses]).ravel()
     in_plane = np.column_stack([height == 0, crosses]).ravel()
@@ -151,7 +160,7 @@ def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.nda
 
 
 def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
-    """Return the faces of the part of a convex polyhedron behind a plane."""
+    """Cut a convex polyhedron at a plane, and return the faces of the part behind the plane."""
     cuts = [_cut(ring, base, normal) for ring in cell]
     faces = [ring for ring, _ in cuts if len(ring) > 2]
     lid = np.concatenate([corners for _, corners in cuts])
@@ -163,15 +172,19 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 
 def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
-    """Return a cell as a polyhedron, or None if it is thinner than the tolerance."""
+    """Return a cell as a polyhedron, or None if the cell is thinner than the tolerance."""
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import ConvexHull, QhullError
+
     points = np.concatenate(cell) if cell else np.zeros((0, 3))
     corners = points[np.unique(first_near(points, tolerance / 4))]
     try:
-        # The hull of the joined corners is closed, whatever their rounding.
+        # Use the convex hull, which is a closed surface in spite of rounding errors of the corners.
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        if not shape.convex(tolerance):  # the plane of a narrow side of several triangles may be inclined
+        # A narrow side may have been merged in an inaccurate plane: merge fewer triangles.
+        if not shape.convex(tolerance):
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):
         return None

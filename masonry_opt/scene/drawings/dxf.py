@@ -20,12 +20,15 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
 
-#: Words of which one is in the name of a layer of openings.
+#: Words that mark a layer of windows or doors: a layer counts if its name contains one of these words.
 WINDOWS = ("window", "door", "opening")
 
 
 class DxfDrawing(stones.FlatDrawing):
-    """Values that a DXF drawing does not contain, and the meaning of its layers: see :func:`read_dxf`."""
+    """Values that the user adds to a DXF drawing, such as friction, and the meaning of its layers.
+
+    See :func:`read_dxf`.
+    """
 
     model_config = ConfigDict(title="a DXF drawing")
 
@@ -104,8 +107,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     path = as_path(path, "such a drawing", ".dxf")
     drawing = DxfDrawing.of(locals())
     if not drawing.net and drawing.window_layers != list(WINDOWS):
-        instead = "give 'net' (--net), or leave layers out by 'without_layers' (--without-layer)"
-        raise OptionError(f"'window_layers' (--window-layer) are those of a net: {instead}")
+        instead = "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
+        raise OptionError(f"'window_layers' (--window-layer) applies only to a net of joint lines: {instead}")
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
         scale = outlines.metres(document) if to_metres else 1.0
@@ -126,7 +129,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
             supports = [outline.polygon for outline in found]
             found = [*outlines.net_cells(joints, windows, supports, near), *found]
         if not found:
-            raise ValueError(f"has no closed outline in its model space{_known(shown)}")
+            raise ValueError(f"contains no closed outline in its model space{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # The live load of each block as a multiple of its weight.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
@@ -143,30 +146,32 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
-    """Return the entities on the selected layers. Raises ValueError if a given layer has none."""
+    """Return the entities on the selected layers. Raises ValueError if a named layer has no entities."""
     drawn = [outlines.layer_of(entity).casefold() for entity in entities]
     for key, option in (("layers", "--layer"), ("without_layers", "--without-layer")):
         for layer in getattr(drawing, key) or ():
             if layer.casefold() not in drawn:
-                raise ValueError(f"'{key}' ({option}): nothing is drawn on '{layer}'{_known(entities)}")
+                raise ValueError(
+                    f"'{key}' ({option}): layer '{layer}' is empty or does not exist{_known(entities)}"
+                )
     selected = {layer.casefold() for layer in drawing.layers or drawn}
     selected -= {layer.casefold() for layer in drawing.without_layers}
     return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in selected]
 
 
 def _has(curve: Curve, words: Iterable[str]) -> bool:
-    """Return True if the name of a curve's layer contains one of the words."""
+    """Return True if the name of the curve's layer contains one of the given words."""
     return any(word.casefold() in curve.layer.casefold() for word in words)
 
 
 def _known(entities: list[Any]) -> str:
-    """Return the layers with entities, as the end of a message."""
+    """Return the names of all layers that contain entities, as the end of a message."""
     layers = sorted({outlines.layer_of(entity) for entity in entities})
-    return f" (layers drawn on: {stones.listed(layers)})" if layers else " (it is empty)"
+    return f" (layers with entities: {stones.listed(layers)})" if layers else " (the drawing is empty)"
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
-    """Return the names of the blocks: the texts inside them, else their layers and handles."""
+    """Return the names of the blocks: the text inside a block, or else its layer and handle."""
     texts_in: defaultdict[int, list[str]] = defaultdict(list)
     tree = shapely.STRtree([shape.polygon for shape in found])
     for text, x, y in outlines.texts(entities):
@@ -191,8 +196,8 @@ def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing)
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
-        instead = "move the supports to one, or name theirs by 'fixed_layers' (--fixed-layer)"
-        raise ValueError(f"no block is on a layer of supports, {named}: {instead}")
+        instead = "move the supports to such a layer, or name their layer with 'fixed_layers' (--fixed-layer)"
+        raise ValueError(f"no block is a support: no block is on a layer {named}; {instead}")
     return blocks
 
 
@@ -210,7 +215,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     unchanged.
     """
     if not isinstance(scene, Scene):
-        raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
+        raise CaseError(f"only a Scene can be written as a drawing (found {type(scene).__name__})")
     path = as_path(path, "such a drawing", ".dxf")
     refuse_replacing(path, force)
     ezdxf = outlines.ezdxf()
@@ -219,10 +224,10 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     for name in ("blocks", "fixed", "names"):
         document.layers.add(name)
     space = document.modelspace()
-    geometry(scene)  # raises CaseError for blocks without area, or that cross themselves
+    geometry(scene)  # raises CaseError if the outline of a block has no area or crosses itself
     drawn = [(block, _drawn(block, scene)) for block in scene.in_plane()]
-    # A block that fills a hole is written after the hole, because of two equal outlines the first is the
-    # outer.
+    # Write blocks with holes first: if a hole and the block in it have equal outlines, ``read_dxf`` takes the
+    # first outline for the hole.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
         for ring in (polygon.exterior, *polygon.interiors):
@@ -238,12 +243,18 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
 
 
 def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
-    """Return a block as one polygon, with its own corners if it has one outline and no hole."""
+    """Return a block as one polygon.
+
+    A block with one outline and no hole keeps its corners in their order. Raises CaseError if the block has
+    separate parts.
+    """
     rings = [shapely.Polygon(ring) for ring in block.rings]
     holes = [shapely.Polygon(ring) for ring in block.holes]
     if len(rings) == 1 and not holes:
         return rings[0]
     whole = shapely.union_all(rings).difference(shapely.union_all(holes))
     if not isinstance(whole, shapely.Polygon):
-        raise CaseError(f"{scene.origin}: block '{block.name}' has parts that lie apart: draw it by hand")
+        raise CaseError(
+            f"{scene.origin}: block '{block.name}' has separate parts, which a DXF outline cannot show"
+        )
     return whole

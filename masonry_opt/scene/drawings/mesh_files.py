@@ -16,13 +16,13 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
-#: Endings of the names of mesh files that can be read.
+#: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl")
 
-#: Largest size of a mesh file, in bytes. A triangle takes about 100.
+#: Largest size of a mesh file, in bytes. A triangle takes about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
-#: Axes x, y, z of a scene, as rows, for the axis of the file that points upwards.
+#: Axes x, y, z of the scene in the file's axes, one row for each axis, by the file's upward axis.
 _AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -31,7 +31,7 @@ _AXES = {
 
 
 class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
-    """Values that a mesh does not contain, and its axes and unit: see :func:`read_mesh`."""
+    """Values that the user adds to a mesh file, such as friction, axes and unit; see :func:`read_mesh`."""
 
     model_config = ConfigDict(title="a mesh")
 
@@ -50,7 +50,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     tolerance: float | None = None,
     contact_tolerance: float | None = None,
 ) -> Scene:
-    """Read a scene in space from closed meshes, one a block.
+    """Read a scene in space from a file of closed meshes; each closed mesh is a block.
 
     The blocks are the objects of an OBJ file, or its groups if it has no objects. In a file with a single
     mesh, such as PLY and STL files, they are its closed surfaces. Faces of one plane are merged, and faces
@@ -87,15 +87,22 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the blocks in the scene's axes, without supports. Raises ValueError if one cannot be read."""
+    """Return the blocks as meshes in the scene's axes; supports are not marked yet.
+
+    Raises ValueError if a block cannot be read.
+    """
     data = read_bytes(path, _LARGEST_MESH, ": simplify the blocks")
     kind = path.suffix.lower()[1:]
     meshes = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
     if not meshes:
-        raise ValueError("holds no faces, or is cut short: export closed surfaces, in the format of its name")
+        raise ValueError(
+            "has no complete faces: export closed surfaces in the format that the name ends with"
+        )
     for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
-            raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
+            raise ValueError(
+                f"block '{mesh.name}' has a coordinate that is not a finite number or is too large"
+            )
     if len(meshes) == 1:
         meshes = shells(meshes[0])
     repeated_names = repeated(mesh.name for mesh in meshes)
@@ -106,7 +113,10 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _objects(data: bytes, name: str) -> list[Mesh]:
-    """Return the objects of an OBJ file, else its groups, else one mesh with the given name.
+    """Return the objects of an OBJ file as meshes.
+
+    In a file without objects, return its groups; in a file without groups, return one mesh with the given
+    name.
 
     Polygons stay whole. Readers of triangles would cut a notched polygon into a fan, which is wrong.
     """
@@ -140,15 +150,15 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
             raise ValueError(f"not valid OBJ: line {number} ('{stones.block_name(line)[:60]}')") from None
     corners = np.array(points).reshape(-1, 3)
     if any(corner >= len(corners) for mesh in faces.values() for face in mesh for corner in face):
-        raise ValueError("not valid OBJ: a face has a corner that there is not")
+        raise ValueError("not valid OBJ: a face refers to a corner that does not exist")
     return [used(key[1] or name, corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Return the meshes of a PLY or STL file; a single one has the given name."""
+    """Return the meshes of a PLY or STL file; a single mesh gets the given name."""
     trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
     with broken(lambda reason: ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again")):
-        # Without processing, so that blocks that touch keep their own corners.
+        # Switch off processing, in which trimesh would merge the corners of blocks that touch.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         meshes = [
             (stones.block_name(mesh_name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
@@ -157,7 +167,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
         ]
         for _, points, faces in meshes:
             if not 0 <= np.min(faces) <= np.max(faces) < len(points):
-                raise ValueError("a face has a corner that there is not")
+                raise ValueError("a face refers to a corner that does not exist")
     if len(meshes) == 1:
         meshes = [(name, *meshes[0][1:])]
     return [used(mesh_name or name, points, faces) for mesh_name, points, faces in meshes]

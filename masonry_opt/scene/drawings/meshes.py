@@ -6,19 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
-#: Distance from the plane of one triangle of a flat polygon, relative to the tolerance, within which the
-#: other triangles lie. A larger value merges faces that bend more.
+#: Largest distance of a face's corners from the plane of a neighbouring face with which the face is merged,
+#: relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
-#: Cosine of the largest angle between faces that may be in one plane.
+#: Cosine of the largest angle between faces that may be merged to one plane side.
 _PARALLEL_COSINE = 0.9
 
-#: Angle between faces round an edge, in radians, below which they count as coincident.
+#: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
 _COINCIDENT_ANGLE = 1e-4
 
 Edge = tuple[int, int]
@@ -30,9 +29,9 @@ class Mesh:
 
     name: str
     points: np.ndarray  #: corners, shape (points, 3)
-    faces: list[list[int]]  #: corners of each face, in order round it
+    faces: list[list[int]]  #: indices of the corners of each face, in order around the face
     fixed: bool = False  #: True for a support
-    layers: str = ""  #: names of the layers on which it is drawn
+    layers: str = ""  #: names of the layers on which the block is drawn
 
     @property
     def flat(self) -> bool:
@@ -42,37 +41,39 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Side:
-    """A plane piece of a block's surface."""
+    """A plane side of a block, which may have holes."""
 
-    rings: list[list[int]]  #: outer ring of corners, then holes, the surface to the left seen from outside
-    base: np.ndarray  #: a point of the plane, shape (3,)
+    #: Corners of the outer ring and of the holes; seen from outside, the surface is to the left of each ring.
+    rings: list[list[int]]
+    base: np.ndarray  #: a point in the plane of the side, shape (3,)
     normal: np.ndarray  #: unit normal of the plane, shape (3,)
     area: float
-    width: float  #: area divided by half the length of the rings
+    width: float  #: mean width: area of the side divided by half the total length of its rings
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """Return the rings in the plane's own axes, each of shape (corners, 2)."""
+        """Return the rings in plane coordinates of the side, each of shape (corners, 2)."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
 
 @dataclass(frozen=True)
 class MeshSolid:
-    """A solid by its corners and its plane sides."""
+    """A solid that is described by its corners and its plane sides."""
 
     points: np.ndarray  #: corners, shape (points, 3)
     sides: list[Side]
 
     @property
     def volume(self) -> float:
-        """Return the volume inside the sides, if they close."""
-        # Volumes are measured from the middle of a side, so that a missing side changes the result.
+        """Return the volume of the solid; its sides must form a closed surface."""
+        # Sum the volumes of pyramids over the sides. Their apex is in one of the sides, so that a missing
+        # side changes the result.
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the ends of an edge at which the sides do not close, or None.
+        """Return the ends of an edge at which the surface is not closed; None if the surface is closed.
 
-        At such an edge sides run more often in one direction than in the other.
+        At such an edge the outlines of sides run more often in one direction than in the other.
         """
         directed = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
         for (tail, tip), count in directed.items():
@@ -92,25 +93,25 @@ class MeshSolid:
 
 
 def across(normal: np.ndarray) -> np.ndarray:
-    """Return two unit vectors in the plane of a unit normal, shape (2, 3), right-handed with the normal."""
+    """Return two axes of a plane, shape (2, 3), that are right-handed with the plane's unit normal."""
     u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
     return np.array([u, _cross(normal, u)])
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return vector products. NumPy's own function is slow for few vectors."""
+    """Return vector products; this is faster than ``numpy.cross`` for few vectors."""
     return one[..., [1, 2, 0]] * other[..., [2, 0, 1]] - one[..., [2, 0, 1]] * other[..., [1, 2, 0]]
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
-    """Return the normal of a polygon in space, with its area as length, shape (3,) (Newell's formula)."""
+    """Return a polygon's area vector, shape (3,), by Newell's formula: its normal, as long as its area."""
     around = corners[1:] - corners[0]
     return _cross(around[:-1], around[1:]).sum(axis=0) / 2
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
-    """Return the solid of a mesh with plane sides.
+    """Convert a mesh to a solid with plane sides.
 
     Corners nearer than the tolerance are joined, and faces turned outwards. Faces that are not flat are cut
     into triangles, and faces of one plane are merged. Raises ValueError if no face is left.
@@ -124,7 +125,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 
 
 def refuse_holes(mesh: Mesh, tolerance: float) -> None:
-    """Raise ValueError, with the place, if the surface of a block has a hole wider than the tolerance.
+    """Raise ValueError if the surface of a block has a hole wider than the tolerance.
 
     An edge of a single face borders a hole, unless other such edges lie along its whole length. This is so if
     corners of one face lie on an edge of another, and in gaps narrower than the tolerance.
@@ -136,13 +137,13 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
         if not _is_covered(edge, ends[others], tolerance):
             one, other = map(place, edge)
             raise ValueError(
-                f"is not closed at its edge from {one} to {other}, which one face alone has: add the missing "
+                f"is not closed at its edge from {one} to {other}, which only one face has: add the missing "
                 "face, or close the hole in the program that drew the block"
             )
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Yield, for each edge, the numbers of the other edges whose boxes are within the tolerance of its box.
+    """Yield, for each edge, the indices of other edges whose bounding boxes are within the tolerance.
 
     ``ends`` has shape (edges, 2, 3). A tree of boxes seen along the axis in which the mesh is least deep
     leaves few candidates, so that the time grows little faster than the number of edges.
@@ -152,7 +153,8 @@ def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
     low, high = ends.min(axis=1), ends.max(axis=1)
     widest = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
     tree = shapely.STRtree(shapely.box(*low[:, widest].T, *high[:, widest].T))
-    reach = 2 * tolerance  # Boxes of a tree are rounded outwards, and candidates are tested by the caller.
+    # Twice the tolerance, for rounding in the search tree; the caller tests the candidates.
+    reach = 2 * tolerance
     grown = shapely.box(*(low[:, widest] - reach).T, *(high[:, widest] + reach).T)
     for number, box in enumerate(grown):
         candidates = tree.query(box)
@@ -161,7 +163,7 @@ def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
 
 
 def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
-    """Return True if others, shape (edges, 2, 3), lie along the whole length of an edge, shape (2, 3)."""
+    """Return True if other edges, shape (edges, 2, 3), cover the whole length of an edge, shape (2, 3)."""
     length = float(np.linalg.norm(edge[1] - edge[0]))
     direction = (edge[1] - edge[0]) / length
     arms = others - edge[0]
@@ -172,7 +174,7 @@ def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
-    """Return the faces of a surface counter-clockwise seen from outside.
+    """Orient the faces of a surface counter-clockwise, seen from outside.
 
     Two faces that share an edge then run along it in opposite directions.
     """
@@ -186,9 +188,10 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
 
 
 def shells(mesh: Mesh) -> list[Mesh]:
-    """Return the closed surfaces of a mesh as blocks, numbered from 0, also if surfaces touch each other.
+    """Divide a mesh into its closed surfaces, which may touch each other; each surface is a block.
 
-    If more than two faces share an edge, each face belongs to the one that it meets through the inside.
+    The blocks are numbered from 0. If more than two faces share an edge, two of these faces belong to one
+    block if only the inside of the block is between them.
     """
     at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
     faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
@@ -207,7 +210,7 @@ def shells(mesh: Mesh) -> list[Mesh]:
 
 
 def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
-    """Return the block of some faces, with the points that they use."""
+    """Return a block with the given faces, and only those points that the faces use."""
     corners = np.unique(np.concatenate(faces))
     renumbered = [np.searchsorted(corners, face).tolist() for face in faces]
     return Mesh(name, points[corners], renumbered, layers=layers)
@@ -216,7 +219,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Yield pairs of faces of one block at an edge that more than two faces share.
+    """Yield the pairs of faces that belong to one block, at an edge that more than two faces share.
 
     Each face is paired with the first one behind it that runs along the edge in the other direction.
     """
@@ -228,13 +231,14 @@ def _through_inside(
         forth = edge in steps_round(faces[number])
         angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
     for number, angle in angles[True] if angles[False] else ():
-        # Coincident faces of two blocks enclose nothing; the small angle makes them the last choice.
+        # Coincident faces of two blocks have no volume between them. The small angle makes such a face the
+        # last choice.
         behind = [((angle - other - _COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
         yield [number, min(behind)[1]]
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces with one number for corners nearer than the tolerance.
+    """Return the faces after corners that are nearer to each other than the tolerance have been merged.
 
     Faces with fewer than three corners are left out.
     """
@@ -245,17 +249,20 @@ def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> lis
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the number of the first point in the cluster of each point.
+    """Return, for each point, the index of the first point of its cluster.
 
     A cluster is a set of points that are connected by distances within the tolerance.
     """
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import cKDTree
+
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     group = linked(len(points), *near.T)
     return np.unique(group, return_index=True)[1][group]
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """Return the faces of each edge; an edge is a pair of corners, the lower number first."""
+    """Return the faces at each edge, by edge: a pair of corner indices, the lower index first."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
         for tail, tip in steps_round(face):
@@ -264,7 +271,7 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
-    """Return a face that is flat within the tolerance, or the triangles that replace it.
+    """Return a face unchanged if it is flat within the tolerance, or else divided into triangles.
 
     Triangles are ears of the polygon, those with the shortest third side first. Two blocks that share the
     corners of a face therefore share its triangles.
@@ -279,7 +286,8 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
         outwards = np.cross(points[face] - before, after - points[face]) @ vector
         third = np.round(np.linalg.norm(after - before, axis=1) / np.sqrt(size), 6)
         third[outwards <= 0] = np.inf
-        # Equally short diagonals, as in a rhombus, are ordered by their position in space.
+        # If several diagonals are equally short, as in a rhombus, choose by their positions in space. The
+        # choice is then the same for both blocks at the face.
         shortest = np.flatnonzero(third == third.min())
         ends = np.minimum(before, after)[shortest] + np.maximum(before, after)[shortest]
         ear = int(shortest[np.lexsort(np.round(ends, 9).T)[0]])
@@ -289,26 +297,26 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
 
 
 def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
-    """Return the volume inside faces, negative if the faces are turned inwards."""
+    """Return the volume that faces enclose; the volume is negative if the faces are oriented inwards."""
     corners = (points[face] - points[faces[0][0]] for face in faces)
     return float(sum(polygon[0] @ area_vector(polygon) for polygon in corners)) / 3
 
 
 def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[Side]:
-    """Return the plane sides of a surface: merged neighbouring faces that lie in one plane.
+    """Merge neighbouring faces of a surface that lie in one plane, and return the plane sides.
 
-    Merging starts from the largest face that is left.
+    Each side starts from the largest face that is not yet part of a side.
     """
     neighbours = _neighbours(faces)
     single = [_ringed(points, [face]) for face in faces]
     surface = _Surface(points, faces, neighbours, single)
     area = np.array([side.area for side in single])
-    # A dictionary, because it keeps the order of the faces and removes one in constant time.
+    # A dictionary keeps the order of the faces, and a face is removed in constant time.
     remaining = dict.fromkeys(np.argsort(-np.round(area, 12), kind="stable").tolist())
     sides = []
     while remaining:
         seed = next(iter(remaining))
-        # The reach becomes smaller if the merged faces bend too much to be one plane.
+        # Merge fewer faces if the merged faces are not flat within the tolerance.
         for reach in (_TRIANGLE_REACH, 0.5, 0.0):
             members = surface.coplanar(seed, remaining, reach * tolerance, tolerance)
             side = _side(points, [faces[number] for number in members], tolerance)
@@ -325,17 +333,18 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
 
 @dataclass(frozen=True)
 class _Surface:
-    """Faces of a surface, with their neighbours and planes."""
+    """Faces of a block's surface, with their neighbours and planes."""
 
-    points: np.ndarray  #: shape (points, 3)
+    points: np.ndarray  #: coordinates of the corners, shape (points, 3)
     faces: list[list[int]]
-    neighbours: list[list[int]]  #: of each face
-    single: list[Side]  #: each face as a side of its own
+    neighbours: list[list[int]]  #: indices of the faces next to each face
+    single: list[Side]  #: one side for each face, before faces are merged
 
     def coplanar(self, seed: int, candidates: Collection[int], reach: float, tolerance: float) -> set[int]:
-        """Return the faces that are connected to a seed through faces in its plane.
+        """Return the faces that lie in the plane of a first face and are connected to it through such faces.
 
-        Corners lie within the reach of the plane. Faces narrower than the tolerance may have any normal.
+        The corners of these faces are at most ``reach`` away from the plane. Faces narrower than the
+        tolerance may have any normal.
         """
         plane = self.single[seed]
         members = {seed}
@@ -354,7 +363,7 @@ class _Surface:
 
 
 def _neighbours(faces: list[list[int]]) -> list[list[int]]:
-    """Return the faces that share an edge with each face, and with no third one."""
+    """Return the neighbours of each face: faces that share with it an edge of exactly two faces."""
     neighbours: list[list[int]] = [[] for _ in faces]
     for mates in _by_edge(faces).values():
         if len(mates) == 2:
@@ -364,11 +373,13 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
 
 
 def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
-    """Return faces merged to one side.
+    """Merge faces to one plane side; return None if this is not possible.
 
-    None if they do not lie in one plane, or have no outline, or an outline that touches itself.
+    Faces cannot be merged if they are not in one plane, have no outline, or have an outline that touches
+    itself.
     """
-    # Triangles of a notched polygon may lie outside it, in the opposite direction. Their edges cancel too.
+    # Edges that two merged faces share run in opposite directions and cancel. Triangles of a notched polygon
+    # may lie outside the polygon, with the opposite orientation; their edges cancel too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)
@@ -382,7 +393,7 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
 
 
 def rings_of(following: dict[int, int]) -> list[list[int]]:
-    """Return the rings of a permutation: the number that follows each number."""
+    """Return the cycles of a permutation as lists; ``following`` maps each number to the next number."""
     rings = []
     while following:
         ring = [next(iter(following))]
@@ -395,7 +406,7 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
-    """Return the side of some rings of corners."""
+    """Return the plane side that is bounded by rings of corners; the largest ring is the outer one."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())

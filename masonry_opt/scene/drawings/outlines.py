@@ -10,44 +10,46 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
-#: Largest size of a DXF file, in bytes. A block takes about 500.
+#: Largest size of a DXF file, in bytes. A block takes about 500 bytes.
 _LARGEST_DXF = 50_000_000
 
-#: Largest number of points of one curve. No drawing of masonry needs more.
+#: Largest number of points of one curve. A curve that needs more points is refused; drawings of masonry need
+#: far fewer.
 _MOST_POINTS = 4000
 
-#: Default distance of a curve from its chords, relative to the drawing's diagonal. A smaller one makes more
+#: Default distance of a curve from its chords, relative to the drawing's diagonal. A smaller value makes more
 #: chords.
 SAGITTA = 1e-4
 
-#: Difference in area, relative to the area, up to which an outline inside another one is equal to it.
+#: Largest difference in area, relative to the area, at which an outline inside another outline is equal to
+#: the other outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
-#: Grid on which the lines of a net cross, relative to the smallest length that is not rounding.
+#: Grid step to which intersections of joint lines are rounded, relative to the smallest length that is not
+#: due to rounding.
 _GRID_SHARE = 0.01
 
-#: Number of grid steps up to which a corner counts as straight, and is dropped: its distance from the line
-#: through its two neighbours.
+#: Distance of a corner from the line through its two neighbours, in grid steps, up to which the corner is
+#: removed as straight.
 _STRAIGHT_STEPS = 10.0
 
-#: Entities that are outlines, or parts of one.
+#: DXF entities that are read as outlines or as parts of outlines.
 _READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
-#: Entities that are not blocks and are ignored. All other entities that cannot be read are refused.
+#: DXF entities that cannot be blocks and are ignored. All other entities that cannot be read are refused.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
     "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
-#: Names of entities that may contain outlines, for messages.
+#: Names, for messages, of DXF entities that may contain outlines but are not read.
 _HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
-#: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
+#: Length of the drawing's unit in metres, by the code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
     1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 8: 2.54e-8, 9: 2.54e-5,
     10: 0.9144, 13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937,
@@ -55,13 +57,13 @@ _METRES = {
 
 
 class Curve(NamedTuple):
-    """A chain of straight lines that stands for an entity of a drawing."""
+    """Polyline that represents a curve or line of a DXF drawing."""
 
-    points: np.ndarray  #: shape (points, 2)
+    points: np.ndarray  #: coordinates of the points, shape (points, 2)
     closed: bool
-    layer: str  #: layer of its entity
-    handle: str  #: handle of its entity
-    where: str = ""  #: name of its entity in errors
+    layer: str  #: name of the drawing layer of the curve
+    handle: str  #: handle of the curve in the DXF file
+    where: str = ""  #: description of the curve in error messages
 
 
 class Outline(NamedTuple):
@@ -74,18 +76,18 @@ class Outline(NamedTuple):
 def ezdxf() -> Any:
     """Import the library that reads and writes DXF. Raises OptionError if it is not installed."""
     found = library("ezdxf", "DXF needs ezdxf; install it with: pip install '.[drawings]'")
-    # Log messages go to the user's handlers only, not to standard error.
+    # Without this handler, Python would print warnings of ezdxf to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     return found
 
 
 def read_document(path: Path) -> Any:
-    """Return the document of a DXF file, text or binary.
+    """Read a DXF file, text or binary, and return its ezdxf document.
 
-    Raises CaseError if it cannot be read or is not a DXF file.
+    Raises CaseError if the file cannot be read or is not a DXF file.
     """
     reader = ezdxf()
-    read_bytes(path, _LARGEST_DXF, ": keep the layers of the blocks alone")
+    read_bytes(path, _LARGEST_DXF, ": delete all layers except the layers of the blocks")
     with broken(lambda reason: CaseError(f"{path}: not valid DXF: {reason}; save the drawing as DXF again")):
         document = reader.readfile(path)
         document.modelspace()  # raises an error if there is none
@@ -93,22 +95,27 @@ def read_document(path: Path) -> Any:
 
 
 def metres(document: Any) -> float:
-    """Return the metres in one unit of the drawing. Raises ValueError if it names no unit of length."""
+    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
     code = document.header.get("$INSUNITS", 0)
     if code not in _METRES:
-        raise ValueError("names no unit ($INSUNITS): set it in the drawing, or do without scaling to metres")
+        raise ValueError(
+            "has no unit ($INSUNITS): set the unit in the drawing, or read it without scaling to metres"
+        )
     return _METRES[code]
 
 
 def visible(document: Any) -> list[Any]:
-    """Return the entities of the model space that are not hidden, nor on a layer that is off or frozen."""
+    """Return the visible entities of the model space.
+
+    Entities that are hidden, or on a layer that is off or frozen, are not visible.
+    """
     hidden = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     shown = (entity for entity in document.modelspace() if not _attribute(entity, "invisible", 0))
     return [entity for entity in shown if layer_of(entity).casefold() not in hidden]
 
 
 def layer_of(entity: Any) -> str:
-    """Return the name of the layer of an entity."""
+    """Return the name of the layer on which an entity is drawn."""
     return str(_attribute(entity, "layer", "0"))
 
 
@@ -118,10 +125,10 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 
 
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
-    """Return the outlines among entities as chains of straight lines, and the diagonal of the drawing.
+    """Return the outlines among entities as polylines, and the length of the drawing's diagonal.
 
-    All lengths are multiplied by ``scale``. Raises ValueError, which names the entity, if one cannot be read
-    as an outline.
+    All lengths are multiplied by ``scale``. Raises ValueError, which names the entity, if an entity cannot be
+    read as an outline.
     """
     from ezdxf.edgesmith import is_closed_entity
 
@@ -130,7 +137,8 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
         return [], 0.0
     corners = np.concatenate([_chain(entity, math.inf) for entity in drawn])
     diagonal = scale * float(np.hypot(*np.ptp(corners, axis=0)))
-    # The small increase makes the number of chords equal on both sides of a joint, in spite of rounding.
+    # The small increase makes the number of chords equal for the two blocks at a curved joint, in spite of
+    # rounding.
     reach = (1 + 1e-9) * (sagitta or SAGITTA * diagonal) / scale
     outlines = []
     for entity in drawn:
@@ -141,25 +149,29 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
 
 
 def _chain(entity: Any, sagitta: float) -> np.ndarray:
-    """Return points along an entity, shape (points, 2).
+    """Return points along a curve of the drawing, shape (points, 2).
 
-    The distance between the entity and the chords of these points is at most the sagitta.
+    The distance between the curve and the chords through these points is at most the sagitta.
     """
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
-        what = _HIDING.get(kind, "of a kind that is not read")
-        raise ValueError(f"{_named(entity)} is {what}: explode it, outline it, or leave it out by 'layers'")
-    with broken(lambda reason: ValueError(f"{_named(entity)} cannot be read: {reason}; draw it anew")):
+        what = _HIDING.get(kind, "of a kind that cannot be read")
+        raise ValueError(
+            f"{_named(entity)} is {what}: explode it, draw its outline, or select other layers with 'layers'"
+        )
+    with broken(lambda reason: ValueError(f"{_named(entity)} cannot be read: {reason}; draw it again")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():
-        raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
+        raise ValueError(
+            f"{_named(entity)} has no points, or a coordinate that is not a finite number: delete it"
+        )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: turn or flatten it")
+        raise ValueError(f"{_named(entity)} is not parallel to the drawing's xy plane: rotate or flatten it")
     return points[:, :2]
 
 
 def _points(entity: Any, sagitta: float) -> list[Any]:
-    """Return the points of an entity in the drawing's coordinates.
+    """Return points along an entity, in the drawing's coordinates.
 
     The chords of an arc are equal, so that its points do not depend on its direction.
     """
@@ -172,14 +184,13 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
         case "CIRCLE" | "ARC" as kind:
             start, end = (dxf.start_angle, dxf.end_angle) if kind == "ARC" else (0.0, 360.0)
             angle = (end - start) % 360 or 360.0
-            parts = (
-                1 if angle < 270 else 2
-            )  # the number of chords is defined for an arc, not for a whole circle
+            # ezdxf computes the number of chords for arcs only, so a circle is divided into two arcs.
+            parts = 1 if angle < 270 else 2
             count = arc_segment_count(abs(dxf.radius), math.radians(angle / parts), sagitta)
             found = entity.vertices(np.linspace(start, start + angle, min(count, _MOST_POINTS) * parts + 1))
         case "LWPOLYLINE" | "POLYLINE":
             if entity.dxftype() == "POLYLINE":
-                # The corners of the control frame of a smoothed polyline are not on the curve.
+                # Remove the corners of the control frame of a smoothed polyline, which are not on the curve.
                 entity.vertices[:] = [vertex for vertex in entity.vertices if not vertex.dxf.flags & 16]
                 corners = list(entity.points_in_wcs())
             else:
@@ -189,14 +200,14 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             points = corners[:1]
             for part in entity.virtual_entities():
                 part_points = _points(part, sagitta)
-                # Arcs run counter-clockwise, and may have to be reversed to follow the polyline.
+                # Reverse an arc that runs against the direction of the polyline: DXF arcs are
+                # counter-clockwise.
                 end = points[-1]
                 is_reversed = part_points[-1].distance(end) < part_points[0].distance(end)
                 points += part_points[-2::-1] if is_reversed else part_points[1:]
             return points[:-1] if entity.is_closed else points
-        case "SPLINE" if (
-            not entity.construction_tool().is_clamped
-        ):  # ezdxf would continue the curve beyond its ends
+        case "SPLINE" if not entity.construction_tool().is_clamped:
+            # Refuse the spline, because ezdxf would continue it beyond its ends.
             raise ValueError("is a periodic spline")
         case _:
             found = entity.flattening(sagitta)
@@ -207,7 +218,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
-    """Yield each text and the coordinates of its point of insertion."""
+    """Yield the texts among entities, each with the coordinates x and y of its insertion point."""
     for entity in entities:
         match entity.dxftype():
             case "TEXT":
@@ -221,16 +232,16 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
 
 
 def _named(entity: Any) -> str:
-    """Return the name of an entity in errors."""
+    """Return the description of an entity in error messages: kind, handle and layer."""
     return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"
 
 
 def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) -> list[Curve]:
-    """Return the closed curves, and the loops of the open curves of each layer, in the order of the drawing.
+    """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
-    Two ends meet if their distance is within the rounding. Otherwise they meet if it is within the tolerance,
-    and no third end without a partner is as near. Raises ValueError, which names the curve, if an open curve
-    does not belong to a simple loop.
+    Curves and loops are in the order of the drawing. Two ends of curves meet if their distance is within the
+    rounding. Otherwise they meet if the distance is within the tolerance and no third free end is as near.
+    Raises ValueError, which names the curve, if an open curve does not belong to a simple loop.
     """
     outlines = []
     open_ones = defaultdict(list)
@@ -246,7 +257,10 @@ def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) 
 
 
 def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list[tuple[int, Curve]]:
-    """Return the loops of open curves, with the number of the first curve of each; see closed_outlines."""
+    """Return the closed loops of open curves, each with the number of its first curve.
+
+    See :func:`closed_outlines` for the tolerances and the error.
+    """
     ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
     partner: dict[int, int] = {}
     free = np.arange(len(ends))
@@ -260,23 +274,23 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
         if not len(free):
             break
     else:
-        # Some ends have no partner.
+        # Without a break from the loop, some ends of curves have no partner.
         curve = curves[free[0] // 2][1]
         x, y = ends[free[0]] + 0.0
         gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]
         others = meeting[0] - 1
-        mistake = f"is open: no other end of its layer is nearer than {gap:.3g} to its end"
+        mistake = f"is open: the nearest free end on its layer is {gap:.3g} from its end"
         change = "raise 'outline_tolerance'"
         if others:
-            mistake = f"meets {others} other ends"
-            change = "lower 'outline_tolerance' to part them"
-        instead = "name the blocks' 'layers', or say 'net' (--net) if all lines are joints"
+            mistake = f"meets {others} other ends of curves"
+            change = "lower 'outline_tolerance' to separate them"
+        instead = "select the layers of blocks with 'layers', or set 'net' (--net) if all lines are joints"
         remedy = f"draw blocks as closed polylines, {change}, {instead}"
         raise ValueError(f"{curve.where} {mistake} at ({x:g}, {y:g}): {remedy}")
-    # Each ring goes from the end at which a curve is entered to that of the next curve.
+    # A ring lists the ends at which the curves of a loop are entered, curve after curve.
     loops = []
     for ring in rings_of({end: partner[end ^ 1] for end in range(len(ends))}):
-        if ring[0] % 2 == 0:  # other rings are the same loops in reverse
+        if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
             parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
             number, curve = curves[ring[0] // 2]
             loops.append((number, curve._replace(points=np.concatenate(parts), closed=True)))
@@ -284,7 +298,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
 
 
 def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
-    """Return the blocks with their holes.
+    """Find holes: return the outlines that are blocks, each with the outlines that are its holes.
 
     An outline inside another one, except for an overlap, is a hole of it. An outline inside a hole is a block
     again. Of two equal outlines the first one is the outer one. Raises ValueError, which names the outline,
@@ -304,7 +318,7 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
         parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _EQUAL_AREA_TOLERANCE) * area[parent]:
             first, second = outlines[index].where, outlines[parent].where
-            raise ValueError(f"{first} is drawn again as {second}: delete one")
+            raise ValueError(f"{first} has the same outline as {second}: delete one of them")
         holes[parent].append(polygons[index].exterior)
     blocks = np.flatnonzero(depth % 2 == 0).tolist()
     return [
@@ -313,21 +327,21 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
 
 
 def _polygon(curve: Curve, tolerance: float) -> shapely.Polygon:
-    """Return the polygon of a curve. Raises ValueError if it has no area or crosses itself."""
+    """Return the polygon of a closed curve. Raises ValueError if it has no area or crosses itself."""
     step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
     points = curve.points[step > tolerance]
     polygon = shapely.Polygon(points if len(points) > 2 else None)
     if polygon.area <= tolerance**2:
         raise ValueError(f"{curve.where} has no area: delete it")
     if not polygon.is_valid:
-        raise ValueError(f"{curve.where} crosses itself: draw its corners in order round the block")
+        raise ValueError(f"{curve.where} crosses itself: draw its corners in order around the block")
     return shapely.orient_polygons(polygon)
 
 
 def net_cells(
     joints: Sequence[Curve], windows: Sequence[Curve], drawn: Sequence[shapely.Polygon], tolerance: float
 ) -> list[Outline]:
-    """Return the cells of a net, sorted from below and from the left.
+    """Return the cells of a net of joint lines, sorted from the bottom upwards and from left to right.
 
     Cells lie between joints, windows and blocks that are drawn whole. Cells inside these blocks, or enclosed
     by lines of windows, are left out. Lines may cross and branch. Ends that miss another line by at most the
@@ -346,8 +360,11 @@ def net_cells(
     cells, *loose, _ = map(shapely.get_parts, shapely.polygonize_full(_noded(every, tolerance, grid)))
     _refuse_loose(joints, every, np.concatenate(loose), tolerance)
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT_STEPS * grid)
-    # Corners that the grid has moved are set back to their given coordinates.
+    # Restore the original coordinates of corners that were rounded to the grid.
     corners = shapely.get_coordinates(found)
+    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    from scipy.spatial import cKDTree
+
     distance, number = cKDTree(given).query(corners)
     shapely.set_coordinates(found, np.where((distance <= grid)[:, None], given[number], corners))
     window_lines = lines[len(joints) :]
@@ -355,8 +372,10 @@ def net_cells(
     closed = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
-            whole = "draw openings whole, sill and threshold too, or leave the layer out by 'without_layers'"
-            raise ValueError(f"{window.where} encloses no opening with other lines of windows: {whole}")
+            whole = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
+            raise ValueError(
+                f"{window.where} does not enclose an opening, alone or with other lines of windows: {whole}"
+            )
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
     found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
     left, low, _, _ = shapely.bounds(found).T
@@ -372,19 +391,19 @@ def net_cells(
 
 
 def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float) -> None:
-    """Raise ValueError if a joint ends within a cell, so that it does not divide it."""
+    """Raise ValueError if a joint line ends inside a cell and therefore does not divide the cell."""
     for piece in loose[shapely.length(loose) > tolerance]:
         middle = piece.interpolate(0.5, normalized=True)
         owner = int(shapely.STRtree(lines).nearest(middle))
         if owner < len(joints):
-            at = f"round ({middle.x:g}, {middle.y:g}), along {piece.length:.3g}"
-            remedy = "raise 'outline_tolerance', or leave its layer out by 'without_layers'"
-            why = f"divides no stone {at}: let it end on another line, {remedy}"
+            at = f"near ({middle.x:g}, {middle.y:g}), over a length of {piece.length:.3g}"
+            remedy = "raise 'outline_tolerance', or omit its layer with 'without_layers'"
+            why = f"ends inside a block {at}: extend it to another line, {remedy}"
             raise ValueError(f"{joints[owner].where} {why}")
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
-    """Return lines divided at their intersections, with short lines from their ends to missed lines."""
+    """Divide lines at their intersections; lines that end just before another line are extended first."""
     ends = shapely.get_point(np.repeat(lines, 2), np.tile([0, -1], len(lines)))
     end, other = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
     missed = shapely.shortest_line(ends[end], lines[other])[end // 2 != other]

@@ -19,22 +19,22 @@ from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 
-#: Largest number of characters in a block's name.
+#: Largest number of characters in a block's name; longer names are cut.
 _LONGEST_NAME = 200
 
-#: Words of which one is in the name of the layer or object of a support.
+#: Words that mark supports: a block is a support if the name of its layer or object contains one of these
+#: words.
 FIXED = ("fixed", "support")
 
-#: Largest number of decimals of coordinates that count as rounded. Numbers with more decimals are not
-#: rounded.
+#: Largest number of decimals that is tried to find out whether coordinates are rounded.
 _MOST_DECIMALS = 7
 
-#: Thickness of the slab that replaces a flat support, relative to the square root of the support's area.
+#: Thickness of the slab that replaces a support without thickness, relative to the square root of its area.
 _SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
-    """Values that a drawing does not contain, and that all its blocks and joints share."""
+    """Values that the user adds to a drawing, for all blocks and joints."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -43,19 +43,19 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """Return the drawing's values among the arguments of a reader, without those that are None."""
+        """Create the record from a reader's arguments; arguments that are None or unknown are left out."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
-    """Values that a drawing in the plane does not contain: see :func:`read_dxf` and :func:`read_compas`."""
+    """Values that the user adds to a drawing in the plane; see :func:`read_dxf` and :func:`read_compas`."""
 
     live: PlaneOrSpaceVector = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """Return the block of an outline with holes.
+        """Return a block with the outline and the holes of a polygon.
 
-        It is a support, or has the drawing's unit weight. ``keys`` override the unit weight or add to it.
+        A support has no loads. Any other block has the drawing's unit weight, which ``keys`` may replace.
         """
         rings = outline.exterior, *outline.interiors
         outer, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
@@ -64,7 +64,7 @@ class FlatDrawing(Drawing):
 
 
 def block_name(text: str) -> str:
-    """Return a text as the name of a block: in one line, printable and not too long.
+    """Convert a text to a block name: one line of printable characters, of limited length.
 
     The name is empty if no printable characters are left.
     """
@@ -73,7 +73,7 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError whose message begins with a name."""
+    """Convert a ValueError to a CaseError whose message begins with the text ``what``."""
     try:
         yield
     except ValueError as error:
@@ -82,7 +82,7 @@ def naming(what: str) -> Iterator[None]:
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
-    """Return the scene of a drawing's blocks. Raises CaseError if they do not make a scene."""
+    """Return the scene of a drawing's blocks. Raises CaseError if the scene is not valid."""
     return Scene(
         source=f"drawn in {block_name(path.name)}",
         joints=JointDefaults(friction=drawing.friction),
@@ -93,14 +93,14 @@ def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> S
 
 
 class Supports(Record):
-    """Blocks that are supports, in addition to drawn ones: see :func:`read_mesh` and :func:`read_compas`."""
+    """Blocks that the user marks as supports; see :func:`read_mesh` and :func:`read_compas`."""
 
     fixed: list[Name] = []
     fixed_below: Number | None = None
 
 
 class AsDrawn(Supports):
-    """Layers of supports, and the axes and unit of a mesh in its file: see :func:`read_mesh`."""
+    """Layers of supports, upward axis and scale of a mesh file; see :func:`read_mesh`."""
 
     fixed_layers: list[Name] = list(FIXED)
     up: Literal["x", "y", "z"] = "z"
@@ -108,21 +108,21 @@ class AsDrawn(Supports):
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return a list of names for messages, with at most ten of them."""
+    """Return names as a comma-separated text for messages; at most ten names are listed."""
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
     """Return the blocks with their supports marked.
 
-    A block is a support if it is drawn as one, if it is named, if it reaches down to a given height, or if
-    its name or layers contain one of the words. Raises ValueError if a given name is not that of a block, or
-    there are no supports.
+    A block is a support if it is drawn as a support, if its name is given, if it reaches down to a given
+    height, or if its name or layers contain one of the words. Raises ValueError if a given name is not the
+    name of a block, or if there are no supports.
     """
     names = [mesh.name for mesh in meshes]
     unknown = [name for name in which.fixed if name not in names]
     if unknown:
-        raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
+        raise ValueError(f"'fixed': there is no block '{unknown[0]}' (blocks: {listed(names)})")
     below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
     marked = []
@@ -131,21 +131,23 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
         is_named = mesh.name in which.fixed or any(word.casefold() in text for word in words)
         marked.append(replace(mesh, fixed=mesh.fixed or is_named or low <= below))
     if not any(mesh.fixed for mesh in marked):
-        named = f"name them by 'fixed' (blocks: {listed(names)})"
-        lower = f"by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
-        raise ValueError(f"no block is a support: {named}, or take those that reach down to a height {lower}")
+        named = f"name the supports with 'fixed' (blocks: {listed(names)})"
+        lower = f"with 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
+        raise ValueError(
+            f"no block is a support: {named}, or fix all blocks that reach down to a height {lower}"
+        )
     return marked
 
 
 class SolidDrawing(Drawing):
-    """Values that a drawing of solids does not contain: see :func:`read_mesh` and :func:`read_compas`."""
+    """Values that the user adds to a drawing of solids; see :func:`read_mesh` and :func:`read_compas`."""
 
     model_config = ConfigDict(title="solids as drawn")
 
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """Return the solid of a closed mesh. Raises ValueError if it is open or has too many convex parts."""
+        """Return the solid of a mesh. Raises ValueError if the mesh is open or has too many convex parts."""
         refuse_holes(mesh, tolerance)
         whole = polyhedron(mesh, tolerance)
         parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
@@ -155,13 +157,13 @@ class SolidDrawing(Drawing):
 
 
 def _keys(shape: MeshSolid) -> dict[str, Any]:
-    """Return the keys of a solid or part with a given shape."""
+    """Return the case-file keys ``vertices`` and ``faces`` of a convex solid or part."""
     mesh = used("", shape.points, [side.rings[0] for side in shape.sides])
     return {"vertices": list(map(tuple, mesh.points.tolist())), "faces": mesh.faces}
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
-    """Return the scene of closed meshes.
+    """Return a scene in space whose blocks are closed meshes.
 
     A support of one face is the top of a slab. Raises ValueError if nothing can move, if there are no
     supports, or if a block is not a solid.
@@ -182,13 +184,13 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
-    """Return a flat support as a slab, on the side of its face that is away from the movable blocks."""
+    """Return a slab in place of a support of one face; the slab extends away from the movable blocks."""
     (ring,) = mesh.faces
     top = mesh.points[ring]
     area = area_vector(top)
     size = float(np.linalg.norm(area))
     if not size > 0:
-        raise ValueError("is a face without area: take it away")
+        raise ValueError("is a face without area: remove it")
     towards = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB_THICKNESS * area / np.sqrt(size)
     faces = prism(top.tolist(), bottom.tolist())["faces"]
@@ -196,7 +198,7 @@ def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
 
 
 def _tolerance(movable: Sequence[np.ndarray]) -> float:
-    """Return the tolerance of coordinates.
+    """Return the tolerance that is suitable for the precision of the coordinates.
 
     It is twice the last decimal if coordinates are rounded and this is small relative to the blocks.
     Otherwise it is the default of a scene.

@@ -14,18 +14,18 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solids import Solid
 
-#: Length, relative to a block, that counts as zero.
+#: Largest length that counts as zero, relative to the length of a block.
 _LENGTH_TOLERANCE = 1e-6
 
-#: Distance of axes, relative to the plan's size, that counts as zero.
+#: Largest distance between wall axes that counts as zero, relative to the size of the plan.
 _AXIS_TOLERANCE = 1e-9
 
-#: Start and end of a length.
+#: Start and end of a piece of a wall, as coordinates along the wall.
 _Run = tuple[float, float]
 
 
 class Opening(Record):
-    """A door or window through a wall, under a lintel one course high and as deep as the wall is thick.
+    """A door or window in a wall, under a lintel one course high through the whole thickness of the wall.
 
     Parameters
     ----------
@@ -65,23 +65,24 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """A place where another wall crosses a stretch, or meets its end."""
+    """Place at which another wall crosses a straight piece of a wall, or meets its end."""
 
-    start: float  #: position of the other wall's first face along the stretch
-    end: float  #: position of the other wall's second face along the stretch
+    start: float  #: position of the other wall's nearer face along the stretch
+    end: float  #: position of the other wall's farther face along the stretch
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
-    passes: tuple[bool, bool]  #: True if the stretch passes through, in even courses (from 0) and in odd ones
+    #: True if the stretch passes through the other wall: in even courses (counted from 0), in odd courses.
+    passes: tuple[bool, bool]
 
     @property
     def middles(self) -> list[float]:
-        """Return the positions of the middles of the other wall's leaves along the stretch."""
+        """Return the positions of the middle lines of the other wall's leaves along the stretch."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
 
 class _Hole(NamedTuple):
-    """An opening along a stretch."""
+    """Opening in a straight piece (stretch) of a wall."""
 
     number: int  #: number of the opening in its wall, from 1
     jambs: _Run  #: positions of the jambs along the stretch
@@ -91,32 +92,34 @@ class _Hole(NamedTuple):
 
 
 class WallStretch(NamedTuple):
-    """A straight piece of a wall along x or y."""
+    """Stretch of a wall: a straight piece along x or y, with its openings and crossings."""
 
-    wall: PlanWall  #: the wall to which it belongs
-    along: int  #: 0 if it runs along x, 1 along y
-    line: float  #: the other coordinate of its axis
-    start: float  #: its first end along the axis; at corners an outer face
-    end: float  #: its second end along the axis; at corners an outer face
+    wall: PlanWall  #: wall to which the stretch belongs
+    along: int  #: direction of the stretch: 0 for x, 1 for y
+    line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
+    start: float  #: coordinate of the first end along the axis; at a corner, the outer face of the other wall
+    end: float  #: coordinate of the second end along the axis; at a corner, the outer face of the other wall
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
-    #: The wall's openings. After crossings are known, only those in the stretch that are clear of crossings.
+    #: Openings of the wall. Once the crossings are known, only the openings within the stretch and between
+    #: crossings.
     holes: tuple[_Hole, ...]
-    crossings: tuple[WallCrossing, ...] = ()  #: in rising order
+    #: Other walls that cross or meet the stretch, in ascending order of position.
+    crossings: tuple[WallCrossing, ...] = ()
 
     @property
     def faces(self) -> _Run:
-        """Return the coordinates of the faces, perpendicular to the axis."""
+        """Return the coordinates of the two wall faces, measured perpendicular to the axis."""
         return self.line - self.thickness / 2, self.line + self.thickness / 2
 
     @property
     def bounds(self) -> tuple[_Run, _Run]:
-        """Return the least and greatest x, and the least and greatest y."""
+        """Return the smallest and largest x, and the smallest and largest y."""
         along = self.start, self.end
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Yield the start and end of each length between crossings, and the crossing before it."""
+        """Yield the start and end of each piece between two crossings, and the crossing before the piece."""
         ends = [*(crossing.start for crossing in self.crossings), self.end]
         for left, end in zip([None, *self.crossings], ends, strict=True):
             start = left.end if left else self.start
@@ -124,17 +127,17 @@ class WallStretch(NamedTuple):
                 yield start, end, left
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Return True if an opening with its lintel lies between crossings.
+        """Return True if an opening with its lintel is within the stretch and touches no crossing wall.
 
-        ``nothing`` is a length that counts as zero.
+        ``nothing`` is the largest length that counts as zero.
         """
         left, right = hole.lintel
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the lengths that a course fills.
+        """Return the start and end of each piece of a course that is filled with blocks.
 
-        Walls that pass through the stretch, openings and lintels are left out.
+        Walls that pass through the stretch, openings and lintels interrupt the course.
         """
         here = [hole for hole in self.holes if hole.sill <= course <= hole.top]
         taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
@@ -143,7 +146,7 @@ class WallStretch(NamedTuple):
 
 
 class Plan(SolidGenerator):
-    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base.
+    """Walls in running bond on a fixed base; where walls meet at right angles they are bonded or butted.
 
     The top of the base is z = 0. Courses alternate by half a block. At a corner or crossing a block of the
     wall that passes through reaches beyond the other's face. Pieces beside ends and openings are at least a
@@ -182,14 +185,14 @@ class Plan(SolidGenerator):
             yield from mistakes
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
-            yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
+            yield "'headers' connect two leaves: set 'leaves = 2' for a wall, or remove 'headers'"
         stretches = self._crossed()
         yield from _overlaps(stretches)
         mistakes = [*self._wrong_openings(stretches)]
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Yield the mistakes in the names and axes of walls."""
+        """Yield messages about mistakes in the names and axes of walls."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one"
         for wall in self.walls:
@@ -198,13 +201,13 @@ class Plan(SolidGenerator):
                 number for number, (along_x, along_y) in enumerate(directions, start=1) if along_x == along_y
             ]
             if oblique:
-                runs = f"runs neither along x nor along y from point no. {oblique[0]} to the next"
-                yield f"wall '{wall.name}': its 'axis' {runs}: walls meet at right angles"
+                runs = f"is not parallel to x or y between point no. {oblique[0]} and the next point"
+                yield f"wall '{wall.name}': its 'axis' {runs}: walls must meet at right angles"
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
-                yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
+                yield f"wall '{wall.name}': its 'axis' has a point on a straight line: remove the point"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield the openings that do not fit their wall, or overlap."""
+        """Yield messages about openings that do not fit into their wall or overlap."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -212,42 +215,43 @@ class Plan(SolidGenerator):
                 where = f"wall '{wall.name}': opening no. {number}"
                 rows = opening.sill + opening.height + 1
                 if rows > top:
-                    yield f"{where}: its lintel ends at course {rows}, of {top}: lower 'sill' or 'height'"
+                    high = f"its lintel is in course {rows}, but the wall has {top} courses"
+                    yield f"{where}: {high}: lower 'sill' or 'height'"
                 elif (wall.name, number) not in valid:
-                    beyond = "with its lintel it reaches beyond the wall, or into one that crosses"
-                    yield f"{where}: {beyond}: move it, or make its 'width' or 'bearing' less"
+                    beyond = "with its lintel, the opening extends beyond the wall or into a crossing wall"
+                    yield f"{where}: {beyond}: move it, or reduce its 'width' or 'bearing'"
         for stretch in stretches:
             for a, b in combinations(stretch.holes, 2):
                 overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
                 if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
-                    overlapping = f"openings no. {a.number} and no. {b.number} overlap, with their lintels"
-                    yield f"wall '{stretch.wall.name}': {overlapping}: move one, or make a 'bearing' less"
+                    overlapping = f"openings no. {a.number} and no. {b.number} or their lintels overlap"
+                    yield f"wall '{stretch.wall.name}': {overlapping}: move an opening, or reduce a 'bearing'"
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield the first piece of each stretch that is shorter than a quarter of a block."""
+        """Yield a message for each stretch with a piece shorter than a quarter of a block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
                     piece = f"wall '{stretch.wall.name}': a piece of course {course + 1}"
                     short = f"{min(pieces):.3g} long, less than a quarter of a block"
-                    yield f"{piece} would be {short}: move ends or openings"
+                    yield f"{piece} would be {short}: move an end of the wall or an opening"
                     break
 
     @property
     def _nothing(self) -> float:
-        """Return a length that counts as zero."""
+        """Return the largest length that counts as zero."""
         return _LENGTH_TOLERANCE * self.block[0]
 
     @property
     def size(self) -> int:
-        """Return an upper bound of the number of blocks."""
+        """Return an upper bound on the number of blocks."""
         least = min(self.block[0], self.thickness) if self.headers else self.block[0]
         lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
         return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
-        """Return the straight pieces of all walls, without their crossings."""
+        """Return the straight pieces of all walls; their crossings are not computed yet."""
         stretches = []
         for wall in self.walls:
             before = 0.0  # length of the axis before the stretch
@@ -263,10 +267,10 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Yield the openings of a wall, measured along a stretch.
+        """Yield the openings of a wall, with positions measured along one stretch.
 
-        The wall's own measure is zero at ``origin``, and grows along the stretch if the sign is 1, against it
-        if it is −1.
+        Distances along the wall's axis begin at ``origin``. They increase along the stretch if the sign is 1,
+        and decrease if the sign is −1.
         """
         for number, opening in enumerate(wall.openings, start=1):
             left, right = sorted(origin + sign * at for at in (opening.at, opening.at + opening.width))
@@ -276,7 +280,7 @@ class Plan(SolidGenerator):
             yield _Hole(number, (left, right), lintel, opening.sill, top)
 
     def _crossed(self) -> list[WallStretch]:
-        """Return the stretches with their crossings.
+        """Return the straight pieces of all walls, with their crossings.
 
         Ends that meet other walls reach to the outer faces. Openings that are not clear of crossings are left
         out.
@@ -290,8 +294,8 @@ class Plan(SolidGenerator):
             if apart or one.along == other.along:
                 continue  # their axes neither cross nor touch
             ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
-            # In a butted bond a wall that ends lies against one that goes on, else the second against the
-            # first.
+            # In a butted bond, a wall that ends is butted against a wall that continues; if both end or both
+            # continue, the second wall is butted against the first.
             through = i < j if ends[0] == ends[1] else ends[1]
             passes = (through, through) if self.bond == "butted" else (i < j, i > j)
             found[i].append(WallCrossing(*other.faces, other.wall.leaves, other.courses, passes))
@@ -308,7 +312,7 @@ class Plan(SolidGenerator):
         return whole
 
     def blocks(self) -> list[Solid]:
-        """Return the blocks, course by course and wall by wall, then the ``base``.
+        """Return the blocks, course by course and wall by wall, and finally the ``base``.
 
         They are named ``wall course-block``. The blocks of a wall are counted along the straights of its
         axis, in each by rising coordinates, leaf by leaf.
@@ -331,27 +335,27 @@ class Plan(SolidGenerator):
         return built
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """Return the blocks of a stretch in a course, as their lengths along it and across it."""
+        """Return the blocks of a stretch in one course: extents along the wall and across the wall."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every other course begins with half a block. In a toothed bond these courses pass the other
-            # wall.
+            # Every second course begins with half a block. In a toothed bond, these are the courses that pass
+            # through the other wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
         pieces = [(stone, leaf) for leaf in leaves for stone in stones]
         lintels = [(hole.lintel, whole) for hole in stretch.holes if course == hole.top]
-        # Stones are sorted leaf by leaf; lintels are among those of the first leaf.
+        # Sort the blocks by leaf; lintels are sorted with the first leaf.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Yield the pairs of stretches that overlap and cannot be bonded."""
+    """Yield messages about pairs of wall stretches that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
@@ -359,17 +363,17 @@ def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
             continue
         if one.along == other.along:
             names = f"'{one.wall.name}' and '{other.wall.name}'"
-            yield f"walls {names} overlap: move one; what goes on in one line is one 'axis'"
+            yield f"walls {names} overlap: move one, or draw walls in one line as one 'axis'"
             continue
         for a, b in permutations((one, other)):
             if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
                 ends = f"wall '{a.wall.name}' ends within wall '{b.wall.name}'"
-                yield f"{ends}: end its 'axis' on that of '{b.wall.name}', or at its face"
+                yield f"{ends}: end its 'axis' on the axis or at the face of '{b.wall.name}'"
                 break
 
 
 def _size(stretches: list[WallStretch]) -> float:
-    """Return the largest coordinate or thickness of the stretches."""
+    """Return the size of the plan: the largest coordinate or thickness of its stretches."""
     return max(
         max(abs(stretch.line), abs(stretch.start), abs(stretch.end), stretch.thickness)
         for stretch in stretches

@@ -15,7 +15,9 @@ from masonry_opt.scene.solids import Solid, prism
 
 
 class Barrel(ArchRing, SolidGenerator):
-    """A barrel vault along y: an arch whose point (x, y) is (x, t, y), with t from 0 to the vault's length.
+    """A barrel vault along y: an arch in the plane of x and z, extruded along y.
+
+    Point (x, y) of the arch becomes (x, t, y), with t from 0 to the length of the vault.
 
     Raises CaseError if the measures make no arch, or the stones are longer than the vault.
 
@@ -39,20 +41,21 @@ class Barrel(ArchRing, SolidGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if self.stone is not None and self.stone > self.length:
-            yield f"'stone' is longer than the vault: at most its 'length', {self.length:g}"
+            yield f"'stone' is longer than the vault: choose at most its 'length', {self.length:g}"
 
     @property
     def size(self) -> int:
-        """Return an upper bound of the number of stones."""
+        """Return an upper bound on the number of stones."""
         return self.voussoirs * (1 if self.stone is None else 2 + int(min(self.length / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones, voussoir by voussoir from the left, then those of skewbacks, then the abutments.
+        """Return the stones of the voussoirs from left to right, then of the skewbacks, then the abutments.
 
-        They are named ``v1-1``, ``v1-2``, ... along y, ``skewback 1-1``, ... and ``abutment 1`` and ``2``.
+        Names are ``v1-1``, ``v1-2``, ... along y, ``skewback 1-1``, ... and ``abutment 1`` and ``2``.
         """
         built = []
-        # Skewbacks are cut in bond with the voussoirs on them. Abutments are last and whole.
+        # In a running bond, joints of skewbacks and of the voussoirs on them are staggered. Abutments come
+        # last and are not cut.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -68,11 +71,11 @@ class Barrel(ArchRing, SolidGenerator):
 
     @staticmethod
     def _slice(stone: Stone, start: float, end: float) -> Shape:
-        """Return the shape of a stone between two places along y."""
+        """Return the shape of the piece of a stone between two values of y."""
         return prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
 
     def _cuts(self, row: int) -> list[tuple[float, float]]:
-        """Return the ends of the stones of a voussoir along y."""
+        """Return the start and end along y of each stone of a voussoir."""
         if self.stone is None:
             return [(0.0, self.length)]
         begins = self.stone / 2 if self.bond == "running" and row % 2 else 0.0
@@ -80,10 +83,10 @@ class Barrel(ArchRing, SolidGenerator):
 
 
 class Groin(SolidGenerator):
-    """Two barrel vaults along x and y whose intrados meet on the diagonals, on four fixed corners.
+    """A groin vault: two equal barrel vaults along x and y that intersect, on four fixed corners.
 
-    On each groin a course has one stone of two convex parts, a leg in either barrel. From there courses
-    continue in running bond.
+    The intrados of the two vaults meet on the diagonals, the groins. On each groin a course has one stone of
+    two convex parts, a leg in either barrel. From there courses continue in running bond.
 
     Raises CaseError if the measures make no arch, or the bay is too short for stones beside the corners.
 
@@ -114,18 +117,18 @@ class Groin(SolidGenerator):
             yield str(error).removeprefix("ArchRing: ")
             return
         if self.bay < least:
-            yield f"'bay' must be {least:g} or more, the arch and half a stone (found {self.bay:g})"
+            yield f"'bay' must be at least {least:g}, the arch plus half a stone (found {self.bay:g})"
 
     @property
     def size(self) -> int:
-        """Return an upper bound of the number of stones."""
+        """Return an upper bound on the number of stones."""
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones of each corner in turn, course by course from the springing, then the abutments.
+        """Return the stones, ordered by corner of the vault and by course upwards, then the abutments.
 
-        They are named ``corner g1`` on the groin, ``corner y1-1``, ... along y, ``corner x1-1``, ... along x,
-        and ``abutment 1`` to ``abutment 4``.
+        For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
+        x. Abutments are named ``abutment 1`` to ``abutment 4``.
         """
         built = []
         *courses, foot = self._courses()
@@ -146,13 +149,13 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Return sections of the right half of the arch, from the springing upwards, then of its abutment."""
+        """Return the sections of voussoirs in the right half of the arch, upwards, then of the abutment."""
         arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
 
     def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
-        """Return the ends of the stones of a course, from its groin to the end of the barrel."""
+        """Return the start and end of each stone of a course, from the groin to the end of the barrel."""
         start = max(section)[0]  # the corner that reaches farthest out
         end = self.bay / 2
         begins = self.stone * (0.5 if course % 2 == 0 else 1.0)
@@ -163,13 +166,15 @@ class Groin(SolidGenerator):
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
 ) -> Shape:
-    """Return a piece of a course along x or y, from a place, or from the groin, to another place.
+    """Return the shape of a piece of a course along x or y that ends at ``end``.
 
-    ``signs`` are those of x and y in the corner of the piece.
+    The piece begins at ``start``, or at the groin if ``start`` is None.
+
+    ``signs`` are the signs of x and y in the corner of the vault to which the piece belongs.
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the section at a place, or on the groin if there is none."""
+        """Return the corners of the section at position ``at`` along the barrel; on the groin for None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -178,7 +183,7 @@ def _leg(
 
 
 class Dome(SolidGenerator):
-    """Rings of voussoirs about the z axis, on a fixed ring.
+    """A dome: rings of voussoirs around the z axis, on a fixed ring.
 
     All rings span equal angles seen from the centre, and the corners of voussoirs lie on two spheres. Faces
     are flat, and neighbours share whole faces. In a "running" bond voussoirs have further corners in the
@@ -216,7 +221,7 @@ class Dome(SolidGenerator):
             return
         foot = self._inner * math.cos(math.radians(self.springing))
         if self.oculus is not None and not self.oculus < foot:
-            yield f"'oculus' must be less than the foot's radius within, {foot:g} (found {self.oculus:g})"
+            yield f"'oculus' must be less than the inner radius at the foot, {foot:g} (found {self.oculus:g})"
 
     @property
     def _inner(self) -> float:
@@ -225,18 +230,22 @@ class Dome(SolidGenerator):
 
     @property
     def _sectors(self) -> int:
-        """Return the number of sectors of a ring, between neighbouring meridians with corners."""
+        """Return the number of sectors into which meridians through corners of stones divide a ring."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
-        """Return the voussoirs, named ``ring-voussoir`` from the foot, then ``key`` and ``base``."""
+        """Return the voussoirs of the dome, then ``key`` and ``base``.
+
+        Voussoir 2 of ring 1 is named ``1-2``; rings are numbered from the foot upwards.
+        """
         first = math.radians(self.springing)
         if self.oculus is None:
-            # The key spans the angle of one ring; half of it lies on this side of the axis.
+            # The key spans the angle of one ring; half of this angle is on either side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        # The bed joints lie at these angles above the horizontal, each from the inner to the outer sphere.
+        # Angles of the bed joints above the horizontal; each bed joint runs from the inner to the outer
+        # sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
         radii = self._inner, self._inner + self.thickness
         beds = [[polar(radius, angle) for radius in radii] for angle in angles]
@@ -252,7 +261,8 @@ class Dome(SolidGenerator):
             faces = ([self._corner(place, at) for at in range(self._sectors)] for place in beds[-1])
             built.append(self._stone("key", prism(*faces)))
         if self.base:
-            # The base lies below the foot and is perpendicular to it.
+            # The base is below the foot of the dome; its depth is measured perpendicular to the lowest bed
+            # joint.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
             below = [(r + down[0], z + down[1]) for r, z in beds[0]]
             parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
@@ -260,20 +270,22 @@ class Dome(SolidGenerator):
         return built
 
     def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
-        """Return the corner at a distance and a height on a meridian.
+        """Return the corner on a meridian at a given distance from the axis and a given height.
 
-        Corners of neighbours are equal to the last digit.
+        Neighbouring voussoirs get exactly equal corners.
         """
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
     def _part(self, low: list[Point], high: list[Point], sector: int) -> Shape:
-        """Return the shape between two bed joints and the meridians of a sector."""
+        """Return the shape of a stone between two bed joints and two neighbouring meridians."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)
 
 
 class Shaft(SolidGenerator):
-    """Drums of equal height, prisms or frusta of a regular polygon, on a fixed base whose top is z = 0.
+    """A shaft of drums of equal height on a fixed base; drums are polygonal prisms or frusta.
+
+    The section is a regular polygon. The top of the base is z = 0.
 
     Raises CaseError if a value cannot be built.
 
@@ -296,7 +308,7 @@ class Shaft(SolidGenerator):
     base: YesNo = True
 
     def blocks(self) -> list[Solid]:
-        """Return the drums ``d1``, ``d2``, ... from the foot upwards, then the ``base``."""
+        """Return the drums ``d1``, ``d2``, ... from the foot upwards, and finally the ``base``."""
         bottom, top = both(self.diameter)
         drum = self.height / self.drums
         widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]
@@ -308,5 +320,5 @@ class Shaft(SolidGenerator):
         return built
 
     def _polygon(self, diameter: float, z: float) -> list[tuple[float, float, float]]:
-        """Return the corners of the polygon at a height."""
+        """Return the corners of the shaft's polygonal section at height z."""
         return [polar(diameter / 2, (2 * side + 1) * math.pi / self.sides, z) for side in range(self.sides)]

@@ -19,12 +19,14 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Error of one corner of a rectangle, relative to the heights of its corners above the mean plane, which this
-#: error tilts. A smaller value advises a tolerance that may leave other faces of the drawing not flat.
+#: Assumed error of one corner of a rectangular face, relative to the distance of the corners from the mean
+#: plane of the face, which the error tilts. With a smaller value, the tolerance that a message advises may be
+#: too small for other faces.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Height of a corner above the plane of its face, relative to the square root of the area of the face, up to
-#: which coordinates may be inexact. A larger value advises a tolerance for faces that are bent on purpose.
+#: Largest distance of a corner from the plane of its face that may be due to inexact coordinates, relative to
+#: the square root of the face's area. With a larger value, a message also advises a tolerance for faces that
+#: are bent on purpose.
 _INEXACT = 0.02
 
 
@@ -37,16 +39,16 @@ class Surfaces:
     """
 
     scene: Scene  #: scene of the blocks, for messages
-    points: np.ndarray  #: vertices, shape (vertices, 3)
-    block: np.ndarray  #: block of each part, rising, shape (parts,)
-    part: np.ndarray  #: part of each face, rising, shape (faces,)
-    face: np.ndarray  #: face of each corner, rising, shape (corners,)
-    vertex: np.ndarray  #: vertex of each corner, shape (corners,)
-    mixed: np.ndarray  #: blocks whose faces were given with different orientations
+    points: np.ndarray  #: coordinates of the vertices, shape (vertices, 3)
+    block: np.ndarray  #: index of the block of each part, in ascending order, shape (parts,)
+    part: np.ndarray  #: index of the part of each face, in ascending order, shape (faces,)
+    face: np.ndarray  #: index of the face of each corner, in ascending order, shape (corners,)
+    vertex: np.ndarray  #: index of the vertex of each corner, shape (corners,)
+    mixed: np.ndarray  #: indices of the blocks whose faces were drawn with inconsistent orientations
 
     @property
     def corners(self) -> np.ndarray:
-        """Return the positions of the corners, shape (corners, 3)."""
+        """Return the coordinates of the corners, shape (corners, 3)."""
         return self.points[self.vertex]
 
     @property
@@ -55,7 +57,7 @@ class Surfaces:
         return np.bincount(self.face, minlength=len(self.part))
 
     def refuse(self, face: int, why: str) -> NoReturn:
-        """Raise CaseError that names the block, part and face."""
+        """Raise CaseError with a message that names the block, part and face."""
         part = self.part[face]
         block = self.block[part]
         number = face - np.searchsorted(self.part, part) + 1
@@ -79,18 +81,21 @@ class Surfaces:
         corners_of_face = np.array(list(map(len, rings)))
         vertex = np.fromiter(chain(*rings), dtype=np.int64)
         vertex += np.repeat((np.cumsum(vertices_of_part) - vertices_of_part)[part], corners_of_face)
-        # Meshes may repeat vertices face by face: the first copy in the part stands for all.
+        # Meshes may repeat a vertex for each of its faces: replace all copies in a part by the first copy.
         part_of_vertex = np.repeat(np.arange(len(parts)), vertices_of_part)
         vertex = first_alike(np.column_stack([part_of_vertex, points]))[vertex]
         face = np.repeat(np.arange(len(part)), corners_of_face)
-        # Corners that repeat the next corner of their face are dropped.
+        # Drop a corner that is equal to the next corner of its face.
         differs = vertex != vertex[following(corners_of_face)]
         block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
         surfaces = cls(scene, points, block, part, face[differs], vertex[differs], np.zeros(0, dtype=int))
         return surfaces._oriented()
 
     def _oriented(self) -> Self:
-        """Return the surfaces with faces oriented consistently in each part; see :meth:`of` for errors."""
+        """Return the surfaces with faces oriented consistently in each part.
+
+        See :meth:`of` for errors.
+        """
         tail, tip = self.vertex, self.vertex[following(self.count)]
         key = np.minimum(tail, tip) * np.int64(len(self.points)) + np.maximum(tail, tip)
         _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
@@ -100,15 +105,15 @@ class Surfaces:
             more = uses[edge[wrong[0]]] - 1
             others = f"{more} other faces have" if more else "no other face has"
             why = f"has an edge from {start} to {end} that {others}"
-            remedy = "close the surface, each edge in two faces"
+            remedy = "each edge must belong to two faces"
             self.refuse(int(self.face[wrong[0]]), f"{why}: {remedy}")
-        # The two corners at which an edge begins, one in each of its faces.
+        # Each edge has two corners, one in each of its faces, at which the edge begins in the face.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
         one, other = self.face[corners_of_edge].T
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
         turn, contradictory = turned(len(self.part), one, other, same_direction)
         if contradictory.any():
-            why = "is part of a surface without inside and outside: give a solid's faces"
+            why = "is part of a surface without inside and outside: define the faces of a solid"
             self.refuse(int(contradictory.argmax()), why)
         mixed = np.unique(self.block[self.part[one[same_direction]]])
         return replace(self, mixed=mixed).reversed(turn)
@@ -116,7 +121,7 @@ class Surfaces:
     def reversed(self, chosen: np.ndarray) -> Self:
         """Return the surfaces with the orientation of the chosen faces reversed.
 
-        ``chosen`` is a mask of faces, shape (faces,).
+        ``chosen`` is True for the faces to reverse, shape (faces,).
         """
         first, corner = np.cumsum(self.count) - self.count, np.arange(len(self.face))
         mirrored = (2 * first + self.count - 1)[self.face] - corner
@@ -124,7 +129,7 @@ class Surfaces:
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """Return a point as text; coordinates within the tolerance are written as 0."""
+    """Return the coordinates of a point as text; values up to the tolerance are written as 0."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
@@ -132,14 +137,14 @@ def place(point: np.ndarray, tolerance: float = 0.0) -> str:
 class Frames(Rows):
     """Planes with coordinate axes."""
 
-    base: np.ndarray  #: origin of the coordinates of each plane, shape (frames, 3)
+    base: np.ndarray  #: origin of the coordinate system of each plane, shape (frames, 3)
     u: np.ndarray  #: unit vector of the first axis, shape (frames, 3)
     v: np.ndarray  #: unit vector of the second axis, shape (frames, 3)
     normal: np.ndarray  #: unit normal u × v, shape (frames, 3)
 
     @classmethod
     def of(cls, base: np.ndarray, normal: np.ndarray, along: np.ndarray) -> Self:
-        """Return the frames with given origins and normals.
+        """Create frames with given origins and normals.
 
         The first axis is the projection of ``along`` onto the plane. Neither ``normal`` nor ``along`` need
         have unit length.
@@ -149,56 +154,68 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the coordinates of points in space in a frame for each point, shape (points, 2)."""
+        """Project points in space to frames; return their plane coordinates, shape (points, 2).
+
+        ``frame`` is the index of the frame of each point.
+        """
         offset = points - self.base[frame]
         return np.column_stack([dots(offset, self.u[frame]), dots(offset, self.v[frame])])
 
     def above(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the heights of points in space over a frame for each point, shape (points,)."""
+        """Return the heights of points in space above frames, shape (points,).
+
+        ``frame`` is the index of the frame of each point.
+        """
         return dots(points - self.base[frame], self.normal[frame])
 
     def up(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the points in space with given coordinates in a frame for each point, shape (points, 3)."""
+        """Return the points in space, shape (points, 3), with given plane coordinates in frames.
+
+        ``frame`` is the index of the frame of each point.
+        """
         return self.base[frame] + points[:, :1] * self.u[frame] + points[:, 1:] * self.v[frame]
 
 
 @dataclass(frozen=True)
 class OuterFaces(Rows):
-    """Plane outer faces of all blocks."""
+    """Outer faces of all blocks, which are plane polygons."""
 
-    block: np.ndarray  #: block of each face, rising, shape (faces,)
-    frame: Frames  #: plane of each face, with its normal outwards
-    #: Polygon of each face in the coordinates of its frame, counter-clockwise, with holes, shape (faces,).
+    block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
+    frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
+    #: Polygon of each face, which may have holes, counter-clockwise in the coordinates of its frame, shape
+    #: (faces,).
     polygon: np.ndarray
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and the largest coordinates of each face, shape (faces, 3) each."""
+        """Return the smallest and the largest coordinates of each face, shape (faces, 3) each."""
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the ends of the sides of outlines and holes, shape (sides, 3) each, and their faces, rising.
+        """Return the start, the end and the face of each side of the faces' outlines and holes.
 
-        Seen from outside, the face lies to the left of each side.
+        Starts and ends have shape (sides, 3); indices of faces are in ascending order. Seen from outside, the
+        face is to the left of each side.
         """
         tail, tip, face = outlines.sides_of(self.polygon)
         return self.frame.up(tail, face), self.frame.up(tip, face), face
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return the rows divided by their lengths."""
+    """Return unit vectors in the directions of the given vectors."""
     return vectors / lengths(vectors)[:, None]
 
 
 @dataclass(frozen=True)
 class Planes:
-    """Planes of faces; all faces of a block within the tolerance of a plane share it."""
+    """Planes of faces; all faces of a block that are within the tolerance of a plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
-    block: np.ndarray  #: block of each plane, rising, shape (planes,)
-    of_face: np.ndarray  #: plane of each face, -1 for faces without area, shape (faces,)
-    outwards: np.ndarray  #: True if the plane's normal points out of the face's part, shape (faces,)
+    block: np.ndarray  #: index of the block of each plane, in ascending order, shape (planes,)
+    of_face: np.ndarray  #: index of the plane of each face, -1 for faces without area, shape (faces,)
+    #: True if the normal of the face's plane points out of the face's part, shape (faces,).
+    outwards: np.ndarray
 
 
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:
@@ -215,7 +232,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     height[~has_area[face]] = 0.0
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
-        off = f"a corner lies {height[worst]:.3g} off its plane (the tolerance is {tolerance:.3g})"
+        off = f"a corner is {height[worst]:.3g} away from its plane (tolerance {tolerance:.3g})"
         remedy = "divide it into flat faces"
         if (height <= _INEXACT * np.sqrt(size[face])).all():
             error = _ERROR_OVER_HEIGHT * float(height[worst])
@@ -226,7 +243,8 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     leads, plane_of_face = np.unique(leader[has_area], return_inverse=True)
     of_face = np.full(len(count), -1)
     of_face[has_area] = plane_of_face
-    # The first axis runs along the first of the longest sides, so that it turns with the scene.
+    # The first axis of a plane is parallel to the first of the longest sides, so that the axis rotates with
+    # the scene.
     longest = np.zeros(len(count))
     np.maximum.at(longest, face, side)
     as_long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
@@ -244,7 +262,7 @@ def _leading_faces(
     geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
     tolerance: float,
 ) -> np.ndarray:
-    """Return, for each face, the face in whose plane it lies within the tolerance; -1 if it has no area.
+    """Return, for each face, the index of the face in whose plane it lies; -1 for faces without area.
 
     In each round, the largest face that remains of each block takes all remaining faces in its plane.
 
@@ -264,14 +282,15 @@ def _leading_faces(
     block = surfaces.block[surfaces.part]
     first = np.cumsum(count) - count
     leader = np.full(len(count), -1)
-    # Areas of equal faces differ by rounding, which must not choose among them.
+    # Round the areas, so that rounding errors do not decide which one of several equal faces comes first.
     rank = np.round(np.log(size[faces] / size.max(initial=0.0)), 6)
     remaining = faces[np.lexsort((faces, -rank, block[faces]))]
     while len(remaining):
         is_first = np.diff(block[remaining], prepend=-1) != 0
         largest = remaining[is_first][np.cumsum(is_first) - 1]
         within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
-        # A thin end of a part may have two opposite faces within the tolerance. They are in two planes.
+        # Two opposite faces at a thin end of a part may be within the tolerance of each other, but are in two
+        # planes.
         opposite = dots(normal[remaining], normal[largest]) < 0
         within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
         candidate, plane = remaining[within], largest[within]
@@ -286,7 +305,7 @@ def _leading_faces(
 
 
 def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
-    """Return the outer faces of the blocks. Raises CaseError if a face crosses itself."""
+    """Return the outer faces of all blocks. Raises CaseError if the outline of a face crosses itself."""
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]
     number, of_ring = np.unique(face, return_inverse=True)
@@ -294,7 +313,7 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     pieces = shapely.polygons(shapely.linearrings(flat, indices=of_ring))
     crossed = ~shapely.is_valid(pieces)
     if crossed.any():
-        surfaces.refuse(int(number[crossed][0]), "crosses itself: give its corners in order round the face")
+        surfaces.refuse(int(number[crossed][0]), "crosses itself: list its corners in order around the face")
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)
     merged = pieces[sample]
@@ -303,12 +322,14 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     for index in np.flatnonzero(count > 1):
         own = pieces_of_side[index]
         union = shapely.union_all(own)
-        # Convex pieces of one side do not overlap. A different area shows that the union failed.
+        # Convex pieces do not overlap, so the union must have the sum of their areas; else repeat the union
+        # on a grid.
         if abs(union.area - shapely.area(own).sum()) > tolerance * union.length:
             union = shapely.union_all(own, grid_size=grid)
         merged[index] = union
     merged[count > 1] = outlines.without_slivers(merged[count > 1], -tolerance)
-    # If two parts of a block meet, one plane has faces on both of its sides. Their common area is inside.
+    # Where two parts of a block meet, a plane has faces with both orientations. Remove their common area,
+    # which is inside the block.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
         both = merged[index : index + 2]
         outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)
@@ -320,7 +341,7 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     wide = outlines.wide(polygons, tolerance)
     polygons, of_side = polygons[wide], of_side[wide]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
-    # Reverse the second axis for faces whose outward normal is opposite to that of their plane.
+    # Reverse the second axis of faces whose outward normal is opposite to the normal of their plane.
     flipped = shapely.transform(polygons[inwards], lambda points: points * [1, -1])
     polygons[inwards] = shapely.orient_polygons(flipped)
     sign = np.where(inwards, -1.0, 1.0)[:, None]

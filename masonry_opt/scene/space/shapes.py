@@ -20,18 +20,19 @@ class ConvexParts:
     The half-spaces are normal · x ≤ offset.
     """
 
-    block: np.ndarray  #: block of each part, rising, shape (parts,)
-    points: np.ndarray  #: corners of all parts, shape (points, 3)
-    of_point: np.ndarray  #: part of each corner, rising, shape (points,)
-    normal: np.ndarray  #: unit normal of each half-space, out of its part, shape (planes, 3)
-    offset: np.ndarray  #: offset of each half-space, shape (planes,)
-    of_plane: np.ndarray  #: part of each half-space, rising, shape (planes,)
+    block: np.ndarray  #: index of the block of each part, in ascending order, shape (parts,)
+    points: np.ndarray  #: coordinates of the corners of all parts, shape (points, 3)
+    of_point: np.ndarray  #: index of the part of each corner, in ascending order, shape (points,)
+    normal: np.ndarray  #: unit normal of each half-space, pointing out of its part, shape (planes, 3)
+    #: Distance of each half-space's plane from the origin along the normal, shape (planes,).
+    offset: np.ndarray
+    of_plane: np.ndarray  #: index of the part of each half-space, in ascending order, shape (planes,)
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
-        """Return the parts that surfaces bound, on the assumption that these parts are convex."""
+        """Return the parts that are bounded by the given surfaces; the parts are assumed to be convex."""
         vertex, corner = np.unique(surfaces.vertex, return_index=True)
-        # Vertices and faces are both numbered part by part.
+        # Vertices and faces are numbered part by part, so ``of_point`` is in ascending order.
         points, of_point = surfaces.points[vertex], surfaces.part[surfaces.face[corner]]
         has_area = planes.of_face >= 0
         key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[has_area]
@@ -42,11 +43,11 @@ class ConvexParts:
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and the largest coordinates of each part, shape (parts, 3) each."""
+        """Return the smallest and the largest coordinates of each part, shape (parts, 3) each."""
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far the corners of parts lie in front of the planes of parts, shape (pairs,) each.
+        """Return two distances, shape (pairs,) each, of one part's corners from another part's planes.
 
         Parameters
         ----------
@@ -78,15 +79,15 @@ class ConvexParts:
 def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
-    """Yield the numbers of the pairs of parts that overlap by more than the tolerance, in rising order.
+    """Yield the pairs of parts that overlap by more than the tolerance, with their common regions.
 
-    Each number comes with the common region of the two parts.
+    A pair is yielded as its index in ``one`` and ``other``; indices are in ascending order.
     """
     low, high = parts.boxes
     inside = np.minimum(high[one], high[other]) - np.maximum(low[one], low[other])
     pairs = np.flatnonzero((inside > tolerance).all(axis=1))
     for a, b in ((one, other), (other, one)):
-        # Pairs that a plane of either part separates do not overlap.
+        # Drop pairs of parts that a plane of one of the two parts separates: they do not overlap.
         pairs = pairs[parts.beyond(a[pairs], b[pairs])[0] < -tolerance]
     for pair in pairs:
         common = _common_region(parts, int(one[pair]), int(other[pair]))
@@ -95,7 +96,7 @@ def overlapping(
 
 
 def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
-    """Return the common region of two parts, with zero depth if the parts do not overlap.
+    """Return the common region of two convex parts; its depth is zero if the parts do not overlap.
 
     The depth is the diameter of the largest ball inside the region, which a linear program finds.
     """
@@ -109,7 +110,7 @@ def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
     own = np.isin(parts.of_plane, both)
     normal = parts.normal[own]
     offset = (parts.offset[own] - normal @ middle) / scale
-    # The unknowns are the middle of the ball and its radius, which is maximised.
+    # The variables are the centre and the radius of the ball; the radius is maximised.
     rows = np.column_stack([normal, np.ones(len(normal))])
     limits = [(None, None)] * 3 + [(0, None)]
     exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -123,8 +124,8 @@ def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
     return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
 
 
-#: Weight of the condition that the coefficients of a convex combination sum to one, relative to its
-#: coordinates. A larger value enforces the sum more exactly, and costs digits of the coordinates.
+#: Weight, in the least-squares problem, of the condition that the coefficients of a convex combination sum to
+#: one. A larger value enforces the condition more exactly, but makes the distance less accurate.
 _SUM_WEIGHT = 1e6
 
 
@@ -137,14 +138,14 @@ class Shapes(Extents):
 
     within = "in a volume"
     remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
-    meeting = "along edges or at corners alone, where a joint needs a face"
+    meeting = "only along edges or at corners, but a joint needs a face"
     inside = 0.999
     mortar = 0.2
     enough = 100  # each overlap takes a linear program
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and the block of each corner, in rising order."""
+        """Return the corners of all blocks, and the index of each corner's block, in ascending order."""
         return self.parts.points, self.parts.block[self.parts.of_point]
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -157,17 +158,17 @@ class Shapes(Extents):
         return np.array(distances, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return the height of a point over the planes of a block; zero or negative if it lies inside.
+        """Return a lower bound of the distance of a point from a block; zero or negative if it is inside.
 
-        For each part the largest height counts, for the block the least of these. The height is a lower bound
-        of the distance.
+        The bound of a convex part is the largest height of the point above a plane of the part. The bound of
+        the block is the smallest bound of its parts.
         """
         height = self.parts.normal @ point - self.parts.offset
         own = np.flatnonzero(self.parts.block == block)
         return min(float(height[self.parts.of_plane == part].max()) for part in own)
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the block that is nearest to a block, and its distance.
+        """Return the index of the block that is nearest to a given block, and the distance of the two blocks.
 
         Blocks are examined in the order of the distances of their boxes, which are lower bounds.
         """
@@ -178,7 +179,8 @@ class Shapes(Extents):
         for other in np.argsort(lower_bound).tolist():
             if lower_bound[other] >= gap:
                 break
-            # The distance of two convex parts is that of the origin from the hull of corner differences.
+            # The distance of two convex parts is the distance of the origin from the convex hull of the
+            # differences of their corners.
             distance = min(
                 _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
                 for first, second in product(self._parts_of(block), self._parts_of(other))
@@ -193,7 +195,7 @@ class Shapes(Extents):
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the numbers of pairs that overlap, and the common regions of their parts."""
+        """Yield the index of each pair of blocks that overlap, with a common region of two of their parts."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
@@ -234,8 +236,10 @@ def shapes(scene: Scene) -> Shapes:
     signed_volume, area, middle = _volumes(surfaces)
     volume = np.abs(signed_volume)
     block = surfaces.block[volume <= tolerance * area / 2]
-    none = f"has no volume (the tolerance is {tolerance:.3g})"
-    raise_for(np.unique(block), scene, f"{none}: give the faces of a solid, and all coordinates in one unit")
+    none = f"has no volume (tolerance {tolerance:.3g})"
+    raise_for(
+        np.unique(block), scene, f"{none}: define the faces of a solid, with all coordinates in the same unit"
+    )
     surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
     flat = planes(surfaces, tolerance)
     parts = ConvexParts.of(surfaces, flat)
@@ -280,9 +284,9 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
         block, not_convex = parts.block[worst], np.unique(parts.block[farthest > tolerance])
         own = np.flatnonzero(parts.block == block)
         what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
-        off = f"a corner lies {farthest[worst]:.3g} in front of the plane of a face"
+        off = f"a corner is {farthest[worst]:.3g} in front of the plane of a face"
         blocks = [block, *not_convex[not_convex != block]]
-        raise_for(blocks, scene, f"has {what} that is not convex ({off}): give 'parts', each convex")
+        raise_for(blocks, scene, f"has {what} that is not convex ({off}): divide it into convex 'parts'")
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
@@ -290,6 +294,6 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
     for pair, common in overlapping(parts, one, other, tolerance):
         block = parts.block[one[pair]]
         numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
-        overlap = f"overlap in a volume of {common.size:.6g} round {place(common.middle + origin, tolerance)}"
+        overlap = f"overlap in a volume of {common.size:.6g} near {place(common.middle + origin, tolerance)}"
         deep = f"{common.depth:.3g} deep: move them apart"
         raise_for([block], scene, f"has parts no. {numbers} that {overlap}, {deep}")

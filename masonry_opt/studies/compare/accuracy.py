@@ -21,28 +21,28 @@ from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: Relative width (upper − lower) / |λ| at which the bounds are good enough; above it another solver is used.
+#: Relative width (upper − lower) / |λ| at which bounds are accepted. For wider bounds another solver is used.
 CLOSE = 1e-9
-#: Model, solver and tolerance of the answers that are made exact, in the order of use.
+#: Model, solver and tolerance of the answers from which bounds are computed, in the order of use.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: Number of joints from which scenes are large: HiGHS would take minutes, and is not used.
+#: Number of joints from which HiGHS, which would take minutes, is not used.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 _LEAST_SLACK = 1e-9  #: Least slack of a point that counts as interior.
 _PROJECTIONS = 6  #: Number of projections on the equations; each reduces the remaining rounding errors.
-#: Factor on the step towards the interior; its excess over 1 absorbs rounding errors.
+#: Factor on the step towards the interior point. The excess over 1 absorbs rounding errors.
 _STEP_EXCESS = 1.001
-#: Regularisation of A Aᵀ, which is singular if joints without sliding repeat equations.
+#: Regularisation that is added to A Aᵀ, which is singular if joints without sliding repeat equations.
 _REGULARISATION = 1e-12
 
-#: Cones limit · x + c ≥ |(first · x, second · x)|: limit (k, x), c (k,), and (first, second), (k, x) each. In
-#: the plane there are no cones.
+#: Friction cones limit · x + c ≥ |(first · x, second · x)|, as (limit, c, (first, second)). The matrices have
+#: the shape (k, x), c has the shape (k,). In the plane there are no cones.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
 @dataclass(frozen=True)
 class CertifiedBounds:
-    """Bounds lower ≤ λ ≤ upper of the associative load factor.
+    """Certified bounds lower ≤ λ ≤ upper of the associative load factor.
 
     A bound is infinite if no feasible point was found. Both are −∞ if no state of equilibrium carries the
     dead load alone, and both are +∞ if λ is unlimited.
@@ -73,13 +73,13 @@ class CertifiedBounds:
 
     @property
     def unlimited(self) -> bool:
-        """True if the load factor is unlimited."""
+        """True if the load factor is proven to be unlimited."""
         return self.lower == np.inf
 
 
 @dataclass(frozen=True)
 class _Convex:
-    """Convex program: A x = b, G x + g ≥ 0 and cones. A feasible point x bounds λ by cost · x."""
+    """Convex program with A x = b, G x + g ≥ 0 and cones; a feasible point x bounds λ by cost · x."""
 
     A: sp.csr_array
     b: np.ndarray
@@ -89,13 +89,13 @@ class _Convex:
     cones: _Cones
 
     def slack(self, x: np.ndarray) -> np.ndarray:
-        """Return the slacks of inequalities and cones at a point; they are concave functions of the point."""
+        """Return the slacks of inequalities and cones at a point; each is a concave function of x."""
         limit, constant, two = self.cones
         of_cones = limit @ x + constant - np.hypot(*(component @ x for component in two))
         return np.append(self.G @ x + self.g, of_cones)
 
     def dual(self, norm: float) -> "_Convex":
-        """Return the dual program, whose points bound λ from above: eq. (10) is the dual of eq. (9).
+        """Return the dual program, eq. (10), whose feasible points bound λ from above.
 
         Its variables are (d, p) with Aᵀd = Gᵀp + (0, norm) and p ≥ 0. Cones add variables (γ, w) to p, with
         γ ≥ |w|. ``norm`` is the size of the live load.
@@ -127,12 +127,12 @@ class _Convex:
         return self._bound(x + min(1.0, _STEP_EXCESS * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
-        """Return cost · x of a feasible point; NaN for a point that is not feasible."""
+        """Return the bound cost · x of a feasible point x; NaN for a point that is not feasible."""
         feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
-        """Return the point whose least slack is greatest (at most 1); None if no point is interior."""
+        """Return the point that maximises the least slack, up to 1; None if no point is interior."""
         import cvxpy as cp  # imported here because the import takes seconds
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
@@ -148,19 +148,19 @@ class _Convex:
         return self._projected(np.asarray(x.value))
 
     def unlimited(self) -> bool:
-        """Return True if linprog of scipy proves that the maximum of cost · x is unbounded."""
+        """Return True if scipy's linprog reports that the maximum of cost · x is unbounded."""
         result = linprog(-self.cost, -self.G, self.g, self.A, self.b, (None, None), method="highs")
         return bool(result.status == _UNBOUNDED)
 
     def _projected(self, x: np.ndarray) -> np.ndarray:
-        """Return the closest point with A x = b, by least squares with iterative refinement."""
+        """Return the point with A x = b that is closest to x, by least squares with iterative refinement."""
         for _ in range(_PROJECTIONS):
             x = x - self.A.T @ self._normal.solve(self.A @ x - self.b)
         return x
 
     @cached_property
     def _normal(self) -> SuperLU:
-        """Factorisation of A Aᵀ, regularised."""
+        """Sparse factorisation of the regularised matrix A Aᵀ."""
         normal = self.A @ self.A.T + _REGULARISATION * sp.eye_array(self.A.shape[0])
         return splu(sp.csc_matrix(normal), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
@@ -187,7 +187,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     kinematics = statics.dual(problem.live_norm)
     static_interior, kinematic_interior = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds()
-    # HiGHS, the last of the solvers, solves small linear programs only.
+    # HiGHS is the last of the solvers, and is used only for small linear programs.
     for source in _SOURCES if small and not conic else _SOURCES[:-1]:
         driver = Driver(problem, "static", find_solver(*source), Effort(), of_load=True)
         state = driver.solve(nearly=conic).state
@@ -227,7 +227,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """Return the rates p of the dual program with cones for velocities d, shape (3b,).
+    """Return joint rates p for block velocities d, shape (3b,), in the dual program with cones.
 
     The rates are those of opening, those at limits of forces, and γ and w of slip.
     """

@@ -24,12 +24,13 @@ from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
-#: Least time limit of the certified bounds of a scene, in seconds; that of runs applies if it is longer.
+#: Least time limit for the certified bounds of a scene, in seconds. A longer time limit of runs applies to
+#: the bounds too.
 _BOUNDS_TIME = 120.0
 #: Default methods: those that take seconds on a wall of Table 1.
 METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
-TOLERANCES = (1e-6, 1e-9)  #: Default tolerances: a loose one, and that of the package.
+TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a loose one, and the default of the package.
 OUT = Path("results/compare")  #: Default folder of the results.
 _PAGE = "report.html"  #: Name of the page of a comparison, with all charts.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
@@ -126,7 +127,7 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
     """
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
     files: dict[str, str | bytes] = {name: csv_text(frame) for name, frame in tables.items()}
-    with contextlib.suppress(OptionError):  # tables are written without the extra too
+    with contextlib.suppress(OptionError):  # without the extra "studies" only tables are written
         # The modules of charts and pages are slow to import, so they are imported only here.
         from masonry_opt.studies.charts import pictures
         from masonry_opt.studies.compare.page import charts, page
@@ -144,7 +145,7 @@ def run_plan(
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
 ) -> judge.Comparison:
-    """Make the runs that the journal of a folder does not have, and judge all runs; see :func:`compare`.
+    """Make the runs that are not in the journal of a folder, and judge all runs; see :func:`compare`.
 
     ``known`` are exact Coulomb states by scene name, in addition to those of the runs.
     """
@@ -169,14 +170,14 @@ def run_plan(
     results, best = pd.DataFrame(rows, columns=runs.COLUMNS), judge.lowest_exact(rows, known or {})
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
-        laws = "static and kinematic with a conic solver crush joints by the parabola, all other runs and the"
+        laws = "static and kinematic with a conic solver limit crushing by the parabola, other runs and the"
         chords = f"{laws} certified bounds by chords inside it"
         notes.append(f"{chords}: no error is given for runs by the parabola, on {', '.join(by_parabola)}")
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     without_best = sorted({*coulomb["scene"]} - {*best})
     if without_best:
-        why = "none is known, and no run searches for one; have 'coulomb' or 'mpec' among the methods"
+        why = "no low state is known, and no run searches for it: add 'coulomb' or 'mpec' to the methods"
         notes.append(f"no gap to a low exact state is given on {', '.join(without_best)}: {why}")
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
@@ -185,19 +186,20 @@ def run_plan(
 
 @dataclass(frozen=True)
 class _JournalRuns:
-    """Runs that are read from a journal, or made and recorded in the journal."""
+    """Runs of a comparison, read from a journal or made and recorded in the journal."""
 
     journal: Journal
     limits: RunLimits
     progress: Callable[[str], None]
-    notes: list[str]  #: receives a note on everything that could not be computed
+    notes: list[str]  #: list to which notes on missing values are added
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of all runs; runs that take long or fail are not repeated."""
-        # Times may be compared only if versions and processor are equal: they are part of the key.
+        """Yield the rows of all runs; no repeats are made of runs that take long or fail."""
+        # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()
-        # Repeats come last, so that an interrupted comparison has made everything once.
+        # All runs are made once before any run is repeated, so that an interrupted comparison misses only
+        # repeats.
         planned = [*product(range(1, limits.repeats + 1), scenes, pairs)]
         for number, (repeat, scene, pair) in enumerate(planned, start=1):
             if (scene.name, pair) in not_repeated:
@@ -219,13 +221,13 @@ class _JournalRuns:
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a run was killed at a limit that is lower than the present one."""
+        """Return True if a recorded run was killed at a lower limit of time or memory than now applies."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)
 
     def bounds(self, scene: CaseScene) -> dict[str, float] | None:
-        """Return the certified bounds of a scene, read or computed; None, with a note, if that failed."""
+        """Return the certified bounds of a scene; None, with a note, if the bounds cannot be computed."""
         key, limits = f"certified bounds · {scene.content}", self.limits
         recorded = self.journal.find(key)
         if recorded is not None:

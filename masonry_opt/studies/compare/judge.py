@@ -22,29 +22,31 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 from masonry_opt.words.names import warning_lines
 
-#: Kinds of answers that can be exact. In answers of the loop sliding joints may contract.
+#: Kinds of answers that can be exact. Answers of the loop are not among them, because sliding joints may
+#: contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
-ASSOCIATIVE = "associative"  #: Question for the load factor with normal flow.
-COULOMB = "Coulomb"  #: Question for the load factor with Coulomb's flow.
+ASSOCIATIVE = "associative"  #: Name of the question for the load factor with associative flow.
+COULOMB = "Coulomb"  #: Name of the question for the load factor with the joints' own flow rule.
 
-ANSWER = "answer"  #: Claim that a scene has the load factor of the run.
-#: Claims of an analysis on a scene: a load factor, or the reason why it has none. Every other end (not
-#: converged, solver failed, a limit) is a statement on the method only.
+ANSWER = "answer"  #: Claim that the load factor of the run is that of the scene.
+#: Claims of a run about its scene: a load factor, or the reason why there is none. Every other end of a run
+#: (not converged, solver failed, limit exceeded) claims nothing about the scene.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
-CERTIFIED = "certified"  #: The load factor is certified; drawn as a point of time and error.
-NAMED = "named correctly"  #: There is no load factor, and the reason is right.
-FAILED = "failed but said so"  #: The run ended without a claim.
+CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
+NAMED = "named correctly"  #: Verdict on a run that gives the right reason why no load factor exists.
+FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
 WRONG = "wrong"  #: The claim is false.
-VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)  #: Verdicts, best first; the first two are a success.
+VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)  #: Verdicts from best to worst; the first two count as success.
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
-#: Relative gaps to the best exact Coulomb state below this are zero; charts draw them at this value.
+#: Relative gap to the best exact Coulomb state below which the gap counts as zero. Charts draw such gaps at
+#: this value.
 GAP_FLOOR = SAME
 
 _PAIR = ["method", "model", "solver", "tolerance"]  #: Columns of a Pair.
-#: Columns of a summary that are medians of the repeats.
+#: Columns of a summary that hold the median over the repeats of a run.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]  #: Columns of a summary that are counts.
 #: Columns of a summary that are numbers.
@@ -56,9 +58,9 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success, after the pair.
+#: Columns of the table of success that follow the columns of the pair.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
-#: Headings of columns that differ from their names.
+#: Headings of table columns whose heading differs from the column's name.
 HEADINGS = {
     "time": "median time (s)",
     "peak_memory": "peak (MB)",
@@ -66,9 +68,10 @@ HEADINGS = {
     "reason": "why",
     "lp_solves": "LPs",
 }
-#: Columns of the printed table, which fits into 100 columns of a terminal. The table of the page has more.
+#: Columns of the printed table of success, which fits into 100 characters. The table on the page has more
+#: columns.
 PRINTED = ("method", "model", "solver", "tolerance", "success", *VERDICTS, "time", "largest error")
-#: Headings of the printed table that differ from the names of its columns.
+#: Headings of the printed table, for columns whose heading differs from the column's name.
 PRINTED_HEADINGS = {"tolerance": "tol.", NAMED: "named", FAILED: "failed", "time": "time (s)"}
 #: Formats of numbers by column.
 FORMATS = {
@@ -80,7 +83,7 @@ FORMATS = {
     **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
 }
 
-#: Runs that take longer than this (seconds) are not repeated: their times scatter little.
+#: Time in seconds above which runs are not repeated, because long times scatter little.
 REPEATED_BELOW = 5.0
 
 
@@ -132,7 +135,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return True or False by claim, as far as bounds of the associative load factor decide it.
+    """Return the claims that bounds of the associative load factor prove (True) or refute (False).
 
     The bounds decide the associative question completely. With Coulomb's flow the admissible states of
     equilibrium are equal, but mechanisms differ. Only two conclusions hold for the Coulomb question:
@@ -159,14 +162,14 @@ def question_of(method: str) -> str:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return the claim of a run on its scene, one of CLAIMS, or another end of the run."""
+    """Return what a run claims about its scene (one of CLAIMS), or else the status in which the run ended."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER
 
 
 def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None) -> dict[str, Any]:
-    """Return the verdict and the error of one run, by the names of JUDGED.
+    """Return the verdict on one run and its error, as values of the columns JUDGED.
 
     - ``question``: ASSOCIATIVE or COULOMB.
     - ``verdict``: one of VERDICTS.
@@ -193,7 +196,7 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
 
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
-    """Return the verdict and its reason as text; "" if the answer is certified."""
+    """Return the verdict on a run and the reason for the verdict as text; "" if the answer is certified."""
     load_factor, claim = row["load_factor"], claim_of(row)
     end = row["status"] if row["ended"] == FINISHED else row["ended"]
     statement = f"{end}: {row['message']}" if row["message"] else str(end)
@@ -216,8 +219,8 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # States of Coulomb's law, or with polygons inside cones, satisfy eq. (9) but need not maximise λ:
-        # only the upper bound holds for them.
+        # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) but need not maximise
+        # λ. Only the upper bound applies to such states.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
@@ -225,12 +228,12 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
 
 
 def _by_sides(row: Mapping[Any, Any]) -> bool:
-    """Return True if friction in space is limited by a polygon inside the cone."""
+    """Return True if a run limits friction in space by a polygon inside the cone."""
     return "polygon" in row["friction_law"]
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Return the residuals of a row with a load factor that exceed the limits of its kind of answer.
+    """Return the residuals of a run that exceed the limits for its kind of answer.
 
     ``kind`` replaces the kind of the row. A residual that is missing or NaN exceeds the limits.
     """
@@ -242,14 +245,14 @@ def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> di
 
 
 def _relative(load_factor: float, reference: float) -> float:
-    """Return the relative difference of a load factor from a reference."""
+    """Return the relative difference of a load factor from a reference value."""
     return (load_factor - reference) / max(abs(reference), SMALLEST)
 
 
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return one row for each scene and pair, with median times and the worst verdict of the repeats.
+    """Return a table with one row for each scene and pair: median times, worst verdict of the repeats.
 
     ``time`` is that of the solve, in seconds, without the parts that all pairs share: reading the scene and
     checking its dead load.
@@ -276,7 +279,7 @@ def summary(
 
 
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the best run of each method on each scene: by verdict, then by error, then by time.
+    """Return the best run of each method on each scene, ranked by verdict, error and time.
 
     Errors up to SAME are equal, and a load factor below the best exact state has no error.
     """
@@ -287,14 +290,14 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def pareto(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the Pareto front of the certified rows in time and error, quickest first."""
+    """Return the certified rows on the Pareto front of time and error, in the order of time."""
     known = frame[(frame["verdict"] == CERTIFIED) & frame["error"].notna()]
     known = known.sort_values(["time", "error"])
     return known[known["error"] < known["error"].cummin().shift(fill_value=np.inf)]
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the verdicts on all scenes, one row for each pair and tolerance.
+    """Return a table with the number of each verdict over all scenes, one row for each pair and tolerance.
 
     ``success`` is the share of answers that are certified or named correctly. The median time and the largest
     error are those of certified answers, ``peak_memory`` (MB) that of all runs.
@@ -310,19 +313,19 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of a comparison; ``print`` shows the report."""
+    """Results of a comparison. ``print`` shows the table of success, notes and warnings."""
 
     scenes: tuple[CaseScene, ...]
     plan: RunPlan
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
-    results: pd.DataFrame  #: one row a run (see :data:`~.runs.COLUMNS`)
-    summary: pd.DataFrame  #: one row for each scene and pair (see :func:`summary`)
+    results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COLUMNS`)
+    summary: pd.DataFrame  #: table with one row for each scene and pair (see :func:`summary`)
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
     warnings: tuple[str, ...] = ()  #: sentences on damaged lines of the journal and on unusual inputs
-    #: Files written: tables, charts and the report.
+    #: Paths of the written files: tables, charts and the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
     @property
@@ -338,16 +341,20 @@ class Comparison:
         return notebook_html(printable(words), self.told, source)
 
     def __str__(self) -> str:
-        """Return the table of success, the combinations left out, the notes and the warnings."""
+        """Return the table of success, the omitted combinations, the notes and the warnings as text."""
         lines = []
         if len(self.summary):
             median = f"median of {counted(self.limits.repeats, 'run')}"
             long = f"one run where it takes over {REPEATED_BELOW:g} s"
             lines += [self.told.to_string(index=False), ""]
-            lines += [f"{counted(len(self.scenes), 'scene')}; success: share that is certified or named"]
-            lines += ["named: no load factor exists, and the run gives the right reason"]
-            lines += ["failed: the run has no answer, and says so; wrong: the answer or the reason is wrong"]
-            lines += [f"time ({median}; {long}) and largest error: of the certified answers"]
+            lines += [
+                f"{counted(len(self.scenes), 'scene')}; success: share of runs that are certified or named"
+            ]
+            lines += ["named: no load factor exists, and the run reports the right reason"]
+            lines += [
+                "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"
+            ]
+            lines += [f"time ({median}; {long}) and largest error include only certified answers"]
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

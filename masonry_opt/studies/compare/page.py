@@ -23,12 +23,12 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS),
 ]
-#: Letters for runs that are not certified, by verdict or limit.
+#: Letters that charts draw for runs that are not certified, by verdict or by exceeded limit.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
-#: Meanings of letters that need more words than the verdict.
+#: Explanations of letters for which the verdict is not clear enough.
 _MEANINGS = {"N": "no load factor, and the right reason why"}
 
-#: Name of the error in a title, and title of its axis, by question.
+#: Name of the error in titles, and label of the axis of errors, by question.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
@@ -37,22 +37,22 @@ _GREY = "#777777"  #: Colour of everything behind the marks.
 _MOST_TICKS = 7  #: Largest number of steps between the ticks of a logarithmic axis.
 #: Columns in the tooltip of a mark.
 _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
-#: Further columns in the tooltip of a mark, with their names in the tooltip.
+#: Additional columns in the tooltip of a mark, and their names there.
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
-#: Selections by the legends: the marks of other solvers and methods are faded.
+#: Selections by a click on a legend, which fade the marks of all other solvers or methods.
 _CHOSEN = [alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")]
 _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value(0.1))
 
 
 def charts(summary: pd.DataFrame) -> list[NamedChart]:
-    """Return a chart for each question with errors in a summary (see :func:`~.judge.summary`)."""
+    """Return a chart of time against error for each question for which a summary has errors."""
     with_errors = {*summary["question"][summary["error"].notna()]}
     return [_time_error(summary, question) for question in _ERRORS if question in with_errors]
 
 
 def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
-    """Return the chart of time against error for a question, with a panel for each scene that has errors.
+    """Return the chart of time against error for a question, with a panel for each scene.
 
     Runs that are not certified are letters in a band at the top.
     """
@@ -65,8 +65,8 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     first, last = _decades(rows["time"])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
-    # A logarithmic axis has no zero: an error of zero is drawn at the least error shown. Letters are drawn at
-    # three heights in turn, so that letters at nearly equal times do not overlap.
+    # A logarithmic axis has no zero, so errors of zero are drawn at the lowest error shown. Letters are drawn
+    # at three alternating heights, so that letters at nearly equal times do not overlap.
     level = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * level)
     front = [judge.pareto(frame).index for _, frame in rows.groupby("scene")]
@@ -87,7 +87,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     notes = [f"{letter}: {_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
     error_name, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
-        notes.append(f"gaps below {low:g} are none, drawn there")
+        notes.append(f"gaps below {low:g} count as zero and are drawn there")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: below the best exact state (|gap|)")
@@ -100,7 +100,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
-    # Only one layer has a legend: names could not be chosen in a legend that several layers share.
+    # Only one layer has a legend, because entries of a legend that several layers share cannot be selected.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _FADED, "tooltip": tooltip}
@@ -120,7 +120,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:
-    """Return powers of ten that enclose the positive values, at least one decade apart."""
+    """Return two powers of ten that enclose all positive values."""
     known = values[values > 0]
     if known.empty:
         return 1e-9, 1.0
@@ -129,7 +129,7 @@ def _decades(values: pd.Series) -> tuple[float, float]:
 
 
 def _log(channel: Any, label: str, ends: tuple[float, float], decades: tuple[float, float]) -> Any:
-    """Return a channel with a logarithmic axis between two ends, and ticks at powers of ten."""
+    """Return a chart channel with a logarithmic axis between two ends, and ticks at powers of ten."""
     first, last = (round(math.log10(end)) for end in decades)
     step = math.ceil((last - first) / _MOST_TICKS)
     powers = [10.0**power for power in range(first, last + 1, step)]
@@ -162,7 +162,7 @@ def page(comparison: judge.Comparison, charts: Sequence[NamedChart]) -> str:
 
 
 def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
-    """Return the table of load factors: known ones of each scene, and the best answer of each method."""
+    """Return the table of load factors: known values and the best answer of each method, by scene."""
     answers = judge.answers(comparison.summary).to_dict("records")
     texts = {(row["scene"], row["method"]): _answer(row) for row in answers}
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
@@ -177,11 +177,11 @@ def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
 
 
 def _answer(row: Mapping[Any, Any]) -> str:
-    """Return λ of a run with its error or gap, or the reason why there is none, and the seconds, as text."""
+    """Return text on a run: λ with its error or gap, or the reason without λ, and the time."""
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:
-        # The reason of a run that ended by itself repeats its message, which is left out here.
+        # The reason of a run that was not killed repeats the message of the run, which is removed here.
         why = row["reason"].replace(f": {row['message']}", "") if row["ended"] == FINISHED else row["reason"]
         return f"{row['verdict']}: {f'λ {load_factor}: ' if load_factor else ''}{why}; {seconds}"
     if pd.isna(row["error"]):
@@ -195,5 +195,5 @@ def _answer(row: Mapping[Any, Any]) -> str:
 
 
 def _lambda(value: float) -> str:
-    """Return a load factor with five digits; trailing zeros make the load factors of a row comparable."""
+    """Return a load factor with five digits as text; trailing zeros are kept."""
     return numeral(value, "#.5g").removesuffix(".")

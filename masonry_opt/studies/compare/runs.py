@@ -23,14 +23,14 @@ from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
 from masonry_opt.words.sentences import sentences
 
-_DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene on which no answer depends.
-#: Columns that identify a run: a run with an equal key is not made again.
+_DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
+#: Columns that identify a run. A run is not repeated if the journal has a run with equal values.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-#: Columns of results.csv: λ and its certificate, seconds, memory in MB, counts, and the limits of the run.
-#: ``wall`` is the duration of the solve; for a run that did not finish, that of its process.
+#: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
+#: the run. ``wall`` is the duration of the solve, or of the whole process if the run did not finish.
 COLUMNS = (
     *KEY,
     *_WORDS,
@@ -40,13 +40,15 @@ COLUMNS = (
     *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
 )
 
-_METHOD_TIME_SHARE = 0.8  #: Time limit of a method with the option ``time_limit``, over that of its run.
-_WARM_UP = Path("gilbert", "two_blocks.toml")  #: Case file of two blocks, solved before a run is timed.
+_METHOD_TIME_SHARE = 0.8  #: Option ``time_limit`` of a method, relative to the time limit of its run.
+_WARM_UP = Path(
+    "gilbert", "two_blocks.toml"
+)  #: Case file of two blocks, which is solved as a warm-up before timing.
 
 
 @dataclass(frozen=True)
 class RunLimits:
-    """Limits of each run, and the number of runs of each combination."""
+    """Limits of time and memory of each run, and the number of repeats."""
 
     time: float = 60.0  #: seconds
     memory: float = 4000.0  #: MB (10⁶ bytes)
@@ -55,11 +57,11 @@ class RunLimits:
 
 @dataclass(frozen=True)
 class CaseScene:
-    """Scene of a comparison, by its case file."""
+    """Scene of a comparison with the path of its case file."""
 
-    name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
+    name: str  #: folder and stem of the case file, such as "ferris_tinloi/wall_1"
     path: Path
-    content: str  #: hash of its numbers (see :func:`content_of`)
+    content: str  #: hash of the inputs (see :func:`content_of`)
     warnings: tuple[str, ...] = ()  #: warnings about probable mistakes in the scene, as sentences
 
 
@@ -75,7 +77,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
         path = _path(case, folder)
         scene = load(path)
         if scene.load_cases:
-            raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
+            raise OptionError(f"{path}: has load cases, which cannot be compared: remove this case")
         name = f"{path.resolve().parent.name}/{path.stem}"
         case_scene = CaseScene(name, path, content_of(scene))
         first = scenes.setdefault(name, case_scene)
@@ -85,7 +87,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene with its warnings.
+    """Return a scene of a comparison, with the warnings about probable mistakes in the scene.
 
     Raises CaseError if no method can solve it: joints are wrong, or moving axles are the only live load.
     """
@@ -95,7 +97,7 @@ def checked(scene: CaseScene) -> CaseScene:
 
 
 def content_of(scene: Scene) -> str:
-    """Return a hash of the inputs on which the answer of a scene depends, 12 hexadecimal digits.
+    """Return a hash (12 hexadecimal digits) of all inputs of a scene that influence answers.
 
     Keys with default values do not count, so that a new key of a later version changes no hash.
     """
@@ -105,7 +107,9 @@ def content_of(scene: Scene) -> str:
 def _path(case: str | Path, folder: Path) -> Path:
     """Return the path of a case file. Raises CaseError or OptionError unless exactly one file matches."""
     if not isinstance(case, str | Path):
-        raise OptionError("compare takes case files, which each run reads: mo.save(scene, 'scene.toml')")
+        raise OptionError(
+            "compare needs paths of case files: write the scene to a file with mo.save(scene, 'scene.toml')"
+        )
     path = Path(case)
     if path.exists() or path.suffix:
         return path
@@ -125,7 +129,7 @@ class Pair:
     method: str
     model: str
     solver: str
-    tolerance: float | None  #: None for the tolerance of the method or of the solver
+    tolerance: float | None  #: None for the default tolerance of the method or of the solver
 
 
 @dataclass(frozen=True)
@@ -140,7 +144,7 @@ class RunPlan:
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """Return the combinations that the registries of methods and solvers allow.
+    """Return the combinations of method, model, solver and tolerance that exist, and the omitted ones.
 
     A method with tolerances of its own runs once; it runs with its default solver if none of its solvers is
     named. Raises OptionError if a name is unknown, a tolerance is out of range, or no combination is left.
@@ -171,7 +175,7 @@ def plan(
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs of a model and a solver for a method.
+    """Return all pairs of a model and a solver that can be combined with a method.
 
     A method with tolerances of its own has its own pairs. It uses those whose solver is named, or else its
     first pair.
@@ -184,12 +188,12 @@ def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) ->
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
-    """Solve a case file on one core, and return the columns of the result.
+    """Solve a case file on one processor core, and return the columns of the result.
 
     A first solve of two blocks is not timed, because libraries load some of their parts at the first use.
     """
     _use_one_core()
-    # The incremental load factor is switched off, so that only the method itself is timed.
+    # Without the incremental load factor, only the method itself is timed.
     chosen, option_model = asdict(pair) | {"incremental": False}, METHODS[pair.method].options
     has_time_limit = option_model and "time_limit" in option_model.model_fields
     options: dict[str, Any] = {"time_limit": _METHOD_TIME_SHARE * time_limit} if has_time_limit else {}
@@ -213,13 +217,13 @@ def bound_scene(path: Path) -> dict[str, float]:
 
 
 def _use_one_core() -> None:
-    """Restrict this process to one core, if the system can."""
+    """Restrict this process to one processor core, if the operating system can do so."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
-    """Return the row of a run, with all COLUMNS, from its key and the end of its task."""
+    """Return the row of a run in the table of results, from the run's key and the end of its task."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
     row |= {"message": end.reason, "wall": end.seconds} | (end.value or {})
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}

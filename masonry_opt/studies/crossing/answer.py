@@ -30,16 +30,16 @@ from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 _PLACE = ["axles", "direction", "position"]  #: Columns that identify a position.
-WITHIN = 1e-3  #: Relative distance of the proven lower bound from the least load factor.
-_CHART_HEIGHT = 0.42  #: Height of the chart, over the width of the picture.
-_CHART_GAP = 0.1  #: Distance between the chart and the mechanism below it, over the width of the picture.
-_LARGEST_SHOWN = 4.0  #: The chart shows load factors up to this multiple of the least.
-_ARROW = 0.05  #: Length of the arrow of the heaviest axle, as a share of the length of the bridge.
+WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the least load factor.
+_CHART_HEIGHT = 0.42  #: Height of the chart relative to the width of the picture.
+_CHART_GAP = 0.1  #: Distance between the chart and the mechanism, relative to the width of the picture.
+_LARGEST_SHOWN = 4.0  #: Upper end of the chart's axis of λ, as a multiple of the least λ.
+_ARROW = 0.05  #: Length of the arrow of the heaviest axle, relative to the length of the bridge.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(StudyAnswer):
-    """Load factors of a scene by the position of axles.
+    """Load factors of a scene for axles that move over its road, by the position of the axles.
 
     Attributes
     ----------
@@ -62,16 +62,16 @@ class Crossing(StudyAnswer):
 
     @property
     def load_factor(self) -> float | None:
-        """Least load factor; None if no position has one."""
+        """Least load factor of all positions; None if no position has a load factor."""
         return self.worst.load_factor
 
     def required(self) -> float:
-        """Return the least load factor. Raises NoLoadFactorError if there is none."""
+        """Return the least load factor. Raises NoLoadFactorError if no position has a load factor."""
         return self.worst.required()
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers of the passage with the worst position; None if the scene is unstable."""
+        """Answers of the passage that contains the worst position; None if the scene is unstable."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property
@@ -86,7 +86,7 @@ class Crossing(StudyAnswer):
 
     @property
     def position(self) -> float | None:
-        """Abscissa of the first axle at the worst position."""
+        """Abscissa of the first axle at the worst position, in the unit of length of the case."""
         return self.least.position if self.least else None
 
     @property
@@ -96,14 +96,14 @@ class Crossing(StudyAnswer):
 
     @property
     def resolution(self) -> float | None:
-        """Larger distance of the worst position from the next solved position on either side."""
+        """Distance of the worst position from its solved neighbours on both sides, whichever is larger."""
         return self.least.resolution if self.least else None
 
     @property
     def bound(self) -> float | None:
         """Proven lower bound of the associative load factor at all positions; None if nothing is proven.
 
-        It is also None if the load factor is less than the bound; a warning reports this contradiction.
+        The value is also None if the load factor is less than the bound; a warning reports that.
         Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords
         inside the parabola, so that its load factors may be lower than a bound by the parabola.
         """
@@ -113,28 +113,29 @@ class Crossing(StudyAnswer):
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # The final solve of the worst position may be lower than the bound by rounding errors.
+        # The final λ of the worst position may be less than the bound by rounding errors; return the smaller
+        # value.
         return least if same(bound, least) else None
 
     @property
     def undecided(self) -> int:
-        """Number of positions without a load factor and without a proof that any load is carried."""
+        """Number of positions with neither a load factor nor a proof that the scene carries any load."""
         return len({tuple(row[name] for name in _PLACE) for row in self.undecided_at})
 
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
-        """Undecided positions: ``axles``, ``direction``, ``position`` and, if any, ``load_case``."""
+        """Records of the undecided positions, with axles, direction, position and, if any, load case."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
         return records(self.table.loc[unknown, [*self._case, *_PLACE]])
 
     @property
     def _case(self) -> list[str]:
-        """Name of the column of load cases, in a list; empty if the scene has no load cases."""
+        """List with the name of the column of load cases; empty if the scene has no load cases."""
         return ["load_case"] if self.cases else []
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """Table of all answers of the method, one row for each position and load case.
+        """Table of all answers of the method, with one row for each position and load case.
 
         The columns are ``load_case`` (if any), ``axles``, ``direction``, ``position`` (abscissa of the first
         axle), then the columns of ``mo.sweep`` without ``seconds``. Where loads jump, there is a row on both
@@ -154,7 +155,7 @@ class Crossing(StudyAnswer):
 
     @cached_property
     def governing(self) -> pd.DataFrame:
-        """Rows of the table with the least load factor at each position.
+        """Table with the least load factor of all load cases at each position.
 
         If no load case has a load factor, ``load_case`` is None, and the status is that of an undecided load
         case, if any.
@@ -166,12 +167,12 @@ class Crossing(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows: some columns of ``governing``."""
+        """Columns of the table ``governing`` that a notebook shows."""
         return self.governing[[*_PLACE, *self._case, "load_factor", "mechanism", "status"]]
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """Least load factor by name of load case, for load cases with axles; None without a load factor."""
+        """Least load factor (or None) of each load case with axles, by the name of the load case."""
         known = self.table.dropna(subset="load_factor")
         least = known.groupby("load_case")["load_factor"].min().to_dict() if self._case else {}
         return {name: least.get(name) for name in self.cases}
@@ -184,7 +185,7 @@ class Crossing(StudyAnswer):
 
     @cached_property
     def envelope(self) -> pd.DataFrame:
-        """Associative load factors, an upper bound of all others, one row a position.
+        """Table of associative load factors, which are upper bounds, with one row for each position.
 
         The columns are ``axles``, ``direction``, ``position`` and ``associative``, NaN where any load is
         carried.
@@ -199,11 +200,11 @@ class Crossing(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the result at the worst position, and a warning if its bound contradicts it."""
+        """Warnings of the result at the worst position, and a warning if λ is less than its lower bound."""
         return [*self.worst.warning_records, *self._contradictions()]
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning if the load factor at the worst position is less than its own lower bound."""
+        """Yield a warning if the load factor at the worst position is less than the proven lower bound."""
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:
@@ -211,12 +212,13 @@ class Crossing(StudyAnswer):
         bound = min(bounds)
         if least >= bound or same(bound, least):
             return
-        less = f"λ = {numeral(least, '.6f')} at the worst position is less than {numeral(bound, '.6f')}"
-        sentence = f"{less}, its lower bound by another program: no bound is given; try another solver"
+        less = f"λ = {numeral(least, '.6f')} at the worst position is less than the lower bound"
+        bound_text = f"{numeral(bound, '.6f')} by another program"
+        sentence = f"{less} {bound_text}: no bound is reported; try another solver"
         yield study_warning(StudyCode.BELOW_BOUND, sentence, load_factor=least, bound=bound)
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
+        """Return the printed lines of the answer as text by label."""
         worst = self.worst
         facts = {"case": worst.case, "method": worst.method} | self._load_case_facts()
         missing_cases = some([*map(repr, self.not_crossed)])
@@ -239,7 +241,7 @@ class Crossing(StudyAnswer):
         return facts
 
     def _load_case_facts(self) -> dict[str, str]:
-        """Return the facts on the governing load case, the other load cases, and those without axles."""
+        """Return the printed lines on load cases: the governing one, the others, and cases without axles."""
         worst, facts = self.worst, dict[str, str]()
         if worst.load_case is not None:
             governs = ", governs" if len(self.by_case) - len(self.not_crossed) > 1 else ""
@@ -255,7 +257,7 @@ class Crossing(StudyAnswer):
         return facts
 
     def _worst_facts(self, passage: Passage) -> dict[str, str]:
-        """Return the facts on the worst position, which is one of a passage."""
+        """Return the printed lines on the worst position, which belongs to a passage."""
         worst, group = self.worst, passage.axles
         governing = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
         if worst.load_factor is not None:
@@ -269,7 +271,7 @@ class Crossing(StudyAnswer):
             "axles": f"'{self.axles}', travelling {self.direction}{source}",
         }
         if group.width:
-            facts["width"] = f"{passage.across:.4g} of each load: effective width {group.width:g}"
+            facts["width"] = f"{passage.across:.4g} of each load, for an effective width of {group.width:g}"
         positions, spacing = counted(len(self.governing), "position"), numeral(self.resolution or 0.0, ".3g")
         between = "" if self.bound is not None else "; λ may be less between positions"
         facts["solved"] = f"at {positions}; spacing at the worst position {spacing}{between}"
@@ -277,11 +279,11 @@ class Crossing(StudyAnswer):
         if first_look:
             facts["first look"] = first_look
         if passage.assembly.problem.live.any():
-            facts["beside them"] = "the scene's other live loads, which λ multiplies too"
+            facts["beside them"] = "other live loads of the scene, which λ multiplies too"
         return facts
 
     def _first_look(self) -> str:
-        """Return a comparison with the default method at the worst position; "" if it was not run.
+        """Return text that compares λ with the default method at the worst position; "" if unknown.
 
         The load factor of the default method is compared with the associative load factor by its own law of
         crushing.
@@ -299,7 +301,7 @@ class Crossing(StudyAnswer):
         much = f"{difference:.2%} less than" if difference > WITHIN else "the same as"
         compared = f"{much} the associative load factor{' by the same law' if law else ''}"
         at = f"λ = {numeral(load_factor, '.6f')} there{law}"
-        return f"{subject} {at}: {compared}; at other positions it may find less"
+        return f"{subject} {at}: {compared}; λ may be less at other positions"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as plain numbers, strings, lists and dictionaries."""
@@ -321,7 +323,9 @@ class Crossing(StudyAnswer):
         """
         least, worst = self.least, self.worst
         if least is None:
-            raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, none can be drawn")
+            raise OptionError(
+                f"{worst.case}: {worst.status}: no axle was moved, so that nothing can be drawn"
+            )
         passage, heading = least.passage, str(worst.status)
         with style():
             picture = Picture()
@@ -346,7 +350,7 @@ class Crossing(StudyAnswer):
         return picture
 
     def _draw_load_factors(self, axes: Axes, position: float) -> None:
-        """Draw λ by position for each group and direction, the least of all load cases.
+        """Draw the least λ of all load cases by position, for each group of axles and direction.
 
         Thin lines behind show each load case, if there are several, and the associative λ of other methods.
         """
@@ -389,7 +393,7 @@ class Crossing(StudyAnswer):
 
     def pictures(self) -> dict[str, Picture]:
         """Return the pictures of the page by caption."""
-        return {"λ by the position of the first axle, and the mechanism at the worst": self.plot()}
+        return {"λ by the position of the first axle, and the mechanism at the worst position": self.plot()}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
         """Return the tables of the page by heading."""
@@ -398,13 +402,13 @@ class Crossing(StudyAnswer):
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
-    """Return the entries of a row that identify a position."""
+    """Return the columns of a table row that identify a position."""
     place = (passage.case, passage.axles.name, passage.direction, position)
     return dict(zip(("load_case", *_PLACE), place, strict=True))
 
 
 def _axles(axes: Axes, passage: Passage, position: float, arrow: float) -> float:
-    """Draw the road, and the axles on it as arrows; return the height of the highest point of the road."""
+    """Draw the road, and the axles as arrows; return the height of the highest point of the road."""
     line = passage.road.line
     axes.plot(*line.T, color=LIVE, linewidth=0.8, zorder=6)
     loads = np.array(passage.axles.group.loads)

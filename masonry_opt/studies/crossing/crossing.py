@@ -24,8 +24,9 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import WITHIN, Crossing
 
-_LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, as a share of the road.
-_AxlesArgument = str | Axles | Sequence[Axles] | None  #: Axles that are to cross, or the name of a group.
+_LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, relative to the length of the road.
+#: Type of axles that move over the road, or of the name of a group of axles.
+_AxlesArgument = str | Axles | Sequence[Axles] | None
 
 
 def crossing(
@@ -117,7 +118,7 @@ def crossing(
 
 
 def _first_loaded(passage: search.Passage) -> float:
-    """Return a position at which an axle loads a block that can move."""
+    """Return a position at which an axle loads a movable block."""
     ranges = np.array(passage.pieces(_longest_range(passage)))
     return next(x for x in (*ranges.mean(axis=1), *ranges.ravel()) if passage.carried(x))
 
@@ -134,7 +135,7 @@ def _cross(
     effort: Effort,
     progress: Callable[[float, float], None],
 ) -> tuple[list[search.PassageTrials], bool]:
-    """Search every passage for its least load factor; return the answers, and True if interrupted.
+    """Find the least load factor of every passage; return the answers, and True if interrupted.
 
     ``programs`` are those of the associative load factor by load case. Raises KeyboardInterrupt if no
     position was solved.
@@ -147,7 +148,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # The compiled program is the method itself, unless joints crush or a solver was chosen.
+                # For an associative method the compiled program gives the method's own answer, unless joints
+                # crush or the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)
@@ -168,7 +170,7 @@ def _cross(
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method, and "", or None and the reason why there is none."""
+    """Return the result of the default method and ""; or None and the reason why no result exists."""
     try:
         return prepare(DEFAULT).without_incremental().solve(scene), ""
     except (KeyboardInterrupt, MasonryError) as error:
@@ -176,27 +178,27 @@ def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
 
 
 def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
-    """Solve the passage of each load case at the positions of all load cases."""
+    """Solve every load case at all positions at which another load case was solved."""
     for position in sorted({position for trials in by_case for position in trials.answers}):
         for trials in by_case:
             trials.at(position)
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """Return a function that solves a passage by the method of the session for a live load."""
+    """Return a function that solves a passage for a live load, with the method of the session."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
 def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
-    """Return the passages, and the names of the load cases that leave the axles out.
+    """Return the passages, and the names of the load cases without axles.
 
     The passages are lists: one list for each group and direction, with one passage for each load case.
     Raises CaseError if the scene cannot be crossed.
     """
     if scene.tilt:
-        raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
+        raise CaseError(f"{scene.origin}: axles cannot be combined with a tilted ground: remove 'tilt'")
     if scene.earthquake:
-        raise CaseError(f"{scene.origin}: axles do not cross in an earthquake: take 'earthquake' away")
+        raise CaseError(f"{scene.origin}: axles cannot be combined with an earthquake: remove 'earthquake'")
     groups = _groups(scene, axles)
     bare = scene.replace(axles=[])
     cases = [scene.load_case] if scene.load_case else scene.load_cases
@@ -204,7 +206,7 @@ def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Pas
     crossed = [case_scene for case_scene in scenes if case_scene.factor_of_axles]
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
-        raise CaseError(f"{scene.origin}: load case {named}: give one 'live = {{ axles = 1 }}'")
+        raise CaseError(f"{scene.origin}: load case {named}: give one of them 'live = {{ axles = 1 }}'")
     first = assemble(crossed[0])
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
@@ -216,7 +218,7 @@ def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Pas
 
 
 def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
-    """Return the groups of axles that are to cross. Raises CaseError if there are none."""
+    """Return the groups of axles that move over the road. Raises CaseError if there are none."""
     if isinstance(axles, str):
         named = [group for group in scene.axles if group.name == axles]
         if not named:
@@ -227,16 +229,18 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
     if not groups:
         raise CaseError(f"{scene.origin}: has no axles: give [[axles]], or in Python axles=mo.Axles(...)")
     if not all(isinstance(group, Axles) for group in groups):
-        raise OptionError("axles must be an Axles, a list of them, or the name of one of the scene's")
+        raise OptionError(
+            "axles must be an Axles, a list of Axles, or the name of a group of axles of the scene"
+        )
     return groups
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group: its own road, or the road of the fills of the scene."""
+    """Return the points of the road of a group of axles: its own road, or the road on the scene's fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]
     if not points:
         needed = "'road', the points of a line above the blocks from left to right"
-        raise CaseError(f"{scene.origin}: axles '{group.name}': on which road? Give {needed}")
+        raise CaseError(f"{scene.origin}: axles '{group.name}' have no road: give {needed}")
     return [point for point, _ in groupby(points)]

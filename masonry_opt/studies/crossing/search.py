@@ -31,27 +31,27 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
 SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answer under a live load, (3b,).
-#: Distance from a break of the road, over the length of the road, at which loads are evaluated. At the break
-#: itself loads may jump.
+#: Distance at which loads are evaluated on both sides of a position where they may jump, relative to the
+#: length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Loads below this share of the largest entry of the live load are rounding errors.
+#: Size of loads that are rounding errors, relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
-#: Shortest range of positions, over the length of all ranges, that is still halved.
+#: Length below which a range of positions is not halved, relative to the length of all ranges.
 _SHORTEST_RANGE = 1e-4
-#: Number of positions at which a Coulomb method is solved first. More positions miss fewer minima.
+#: Number of positions at which a Coulomb method is solved first. With more positions fewer minima are missed.
 _FIRST_POSITIONS = 25
-#: Safety margin on the ratio λ / λ_associative between two solved positions, in addition to half of the
-#: difference of their ratios. A larger margin solves more positions.
+#: Safety margin by which estimates lower the ratio λ / λ_associative between two solved positions, in
+#: addition to half of the difference of their ratios. With a larger margin more positions are solved.
 _RATIO_MARGIN = 0.005
-#: Largest number of halvings next to the least load factor.
+#: Largest number of halvings of the ranges next to the least load factor.
 _MOST_HALVINGS = 10
-#: Halving goes on while the least load factor falls by more than this share of the tolerance.
+#: Halving stops when the least load factor decreases by less than this fraction of the tolerance.
 _PROGRESS_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Group of axles that travels over a road in one direction; its position is that of its first axle."""
+    """Group of axles that travels over a road in one direction. Its position is that of the first axle."""
 
     axles: Axles
     direction: TravelDirection
@@ -66,17 +66,17 @@ class Passage:
 
     @property
     def across(self) -> float:
-        """Share of the loads that the scene carries: its thickness over the effective width."""
+        """Fraction of the axle loads that the scene carries: thickness divided by effective width."""
         return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        """Abscissae of the axles relative to the position, shape (axles,)."""
+        """Abscissae of the axles relative to the first axle, shape (axles,)."""
         behind = np.cumsum([0.0, *self.axles.group.distances])
         return -behind if self.direction == "right" else behind
 
     def live(self, position: float) -> np.ndarray:
-        """Return the live load f_L with the axles at a position, shape (3b,).
+        """Return the live load f_L, shape (3b,), with the axles at a position.
 
         The loads of the axles are multiplied by the factor of their load case, and added to the other live
         loads of the scene.
@@ -92,7 +92,7 @@ class Passage:
         return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
     def scene(self, position: float) -> Scene:
-        """Return the scene without axles, but with their loads at a position as live loads of its blocks."""
+        """Return the scene with the loads of the axles at a position as live loads of blocks."""
         scene, shapes = self.assembly.scene, self.assembly.geometry
         loads, group = list(scene.loads), None
         fields: dict[str, Any] = {"loads": loads, "axles": []}
@@ -116,7 +116,7 @@ class Passage:
         return scene.replace(**fields).read_from(scene.called).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
-        """Return ranges of positions, from left to right, within which the loads of blocks do not jump.
+        """Return ranges of positions, from left to right, within which loads on blocks are continuous.
 
         The ranges are at most ``longest`` long. In each of them an axle loads a block that can move.
         """
@@ -130,7 +130,7 @@ class Passage:
         return [ends for ends in ranges if any(self.carried(x) for x in (*ends, sum(ends) / 2))]
 
     def carried(self, position: float) -> bool:
-        """Return True if an axle loads a block that can move."""
+        """Return True if an axle at a position loads a movable block."""
         return bool(self._on_blocks(position).any())
 
     def _on_blocks(self, position: float) -> np.ndarray:
@@ -139,7 +139,7 @@ class Passage:
 
 
 def load_factor(answer: Solution) -> float:
-    """Return λ of an answer; inf if any load is carried, NaN if nothing is decided."""
+    """Return λ of an answer; inf if the scene carries any load, NaN if the answer is undecided."""
     if answer.load_factor is not None:
         return answer.load_factor
     return math.inf if answer.carries_any_load else math.nan
@@ -155,7 +155,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
     def solved(live: np.ndarray) -> Solution:
-        """Return the associative answer under a live load, shape (3b,), with its own certificate."""
+        """Return the associative answer under a live load, shape (3b,), with a certificate."""
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
@@ -167,34 +167,36 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
-            # The scene is stable, so that λ = 0 is feasible and the program must be unbounded.
+            # The scene is stable, so λ = 0 is feasible, and a program without solution must be unbounded.
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
 
     return solved
 
 
-#: Answer for a position at which no axle loads a block that can move.
+#: Answer for a position at which no axle loads a movable block.
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
 @dataclass(eq=False)
 class PassageTrials:
-    """Answers of one method at positions of a passage; each position is solved once.
+    """Answers of one method at positions of a passage. Each position is solved once.
 
     An interrupted search leaves its answers here.
     """
 
     passage: Passage
-    solve: SolveLive | None = field(repr=False)  #: None after the search (see :meth:`ended`)
+    #: function that solves for a live load; None after the search
+    solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
-    #: Associative answers of the passage, if these are the answers of another method; else None.
+    #: Associative answers of the passage, in addition to the answers of another method; None if the method is
+    #: associative.
     beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position, solved at the first call; inf or NaN as in ``load_factor``."""
+        """Return λ at a position, which is solved at the first call; inf or NaN as in ``load_factor``."""
         if position not in self.answers:
             live = self.passage.live(position)
             self.answers[position] = self.of(live) if live.any() else _UNLOADED
@@ -223,12 +225,12 @@ class PassageTrials:
 
     @property
     def associative(self) -> "PassageTrials":
-        """Return the trials of this crossing with associative flow."""
+        """Return the associative answers of the passage."""
         return self.beside or self
 
     @property
     def resolution(self) -> float:
-        """Distance of the worst position from the next solved position, the larger one of both sides.
+        """Distance of the worst position from its solved neighbours on both sides, whichever is larger.
 
         Positions on the other side of a jump of the loads are not counted: they nearly coincide with it.
         """
@@ -239,7 +241,7 @@ class PassageTrials:
 
     @property
     def least(self) -> float:
-        """Least load factor; inf if no position has one."""
+        """Least load factor of all positions; inf if no position has a load factor."""
         return float(np.nanmin([*self.load_factors, math.inf]))
 
     @property
@@ -254,7 +256,7 @@ class PassageTrials:
 
 
 def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
-    """Solve for the least associative load factor of a passage, and set a proven lower bound of it.
+    """Find the least associative load factor of a passage, with a proven lower bound.
 
     The method is branch and bound over ranges of positions. It relies on convexity: the loads that a stable
     scene carries form a convex set that contains zero. The reciprocal 1/λ is the gauge of this set, and
@@ -293,7 +295,7 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions; NaN if one of its loads has no answer.
+    """Return an upper bound of 1/λ between two positions; NaN if a required load has no answer.
 
     The bound is explained in :func:`least_associative`.
     """
@@ -318,7 +320,7 @@ def _inverse(load_factor: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Search for the least load factor of a method that has no lower bound between positions.
+    """Search for the least load factor of a method without lower bounds between positions.
 
     The associative load factors of the passage must be known; they are upper bounds. The search proves
     nothing:
@@ -352,7 +354,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return pessimistic estimates of λ at all positions, shape (n,).
+    """Return low estimates of λ at all positions, shape (n,).
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. Where any load is carried with
@@ -375,7 +377,7 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Solve halfway between the worst position and its neighbours, as long as λ falls noticeably."""
+    """Solve midway between the worst position and its neighbours until λ hardly decreases."""
     for _ in range(_MOST_HALVINGS):
         load_factors = {x: solved.at(x) for x in solved.answers}
         decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}

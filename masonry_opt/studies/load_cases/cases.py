@@ -29,13 +29,13 @@ from masonry_opt.words.load_factors import INCREMENTAL, factor_text, named_facto
 from masonry_opt.words.names import warning_lines
 from masonry_opt.words.terminal import frame_text
 
-_BAR_HEIGHT = 0.09  #: Height of a bar, over the width of the axes.
-_MOST_LETTERS = 24  #: Largest number of letters of a name next to a bar.
-#: Columns of the table that are attributes of the results.
+_BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
+_MOST_LETTERS = 24  #: Largest length of a name next to a bar, in letters.
+#: Columns of the table that hold attributes of the results.
 COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Other load factors are drawn only if they differ from λ by more than this.
+#: Relative difference from λ above which other load factors are drawn.
 _VISIBLE_DIFFERENCE = 1e-4
-EVERY = 15.0  #: Default angle between directions in plan, in degrees.
+EVERY = 15.0  #: Default angle between neighbouring directions in plan, in degrees.
 _MOST_DIRECTIONS = 3600  #: Largest number of directions.
 
 
@@ -46,7 +46,7 @@ def _bar_label(result: Result) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Cases(StudyAnswer):
-    """Results of all load cases of a scene.
+    """Results of a scene under all its load cases.
 
     Attributes
     ----------
@@ -63,12 +63,12 @@ class Cases(StudyAnswer):
         return self.summary
 
     def _identity(self, result: Result) -> dict[str, Any]:
-        """Return the columns that distinguish a result from the others."""
+        """Return the table columns that identify a result: load case and live load."""
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     @property
     def table(self) -> pd.DataFrame:
-        """Table of the load cases, one row each.
+        """Table with one row for each load case.
 
         The columns are ``load_case``, ``live`` (the loads that λ multiplies), ``load_factor`` (NaN without
         one), ``status``, ``incremental``, ``associative`` and ``exact``.
@@ -84,13 +84,13 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        """Name of the first load case that is unstable, else of that with the least load factor.
+        """Name of the first unstable load case, or else of the load case with the least load factor.
 
         It is None if no load case is unstable and none has a load factor. Of load factors that differ by
         rounding errors the first governs.
         """
         unstable = self.table["status"] == str(Status.UNSTABLE)
-        # No load factor is negative: −1 puts unstable load cases before all others.
+        # Load factors are not negative, so the value −1 ranks unstable load cases before all others.
         least = at_least(self.table[["load_factor"]].mask(unstable, -1.0))
         return next(itertools.compress(self.results, least), None)
 
@@ -101,17 +101,17 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Governing result; the first result if none governs."""
+        """Result to draw: the governing one, or the first one if no load case governs."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of all results, each once."""
+        """Warnings of all results, without repetitions."""
         return distinct_warnings(list(self.results.values()))
 
     @property
     def summary(self) -> str:
-        """Printed text: the table, and the summary of the governing load case."""
+        """Printed text: the table of load cases, and the summary of the governing load case."""
         shown = [self.to_draw] if self.governing else []
         # The summary of the governing result already contains its own warnings.
         printed = {sentence for result in shown for sentence in result.warning_sentences}
@@ -121,21 +121,23 @@ class Cases(StudyAnswer):
 
     @property
     def details(self) -> str:
-        """Printed text: the table, and the details of every load case."""
+        """Printed text: the table of load cases, and the details of every load case."""
         return self._with_table([result.details for result in self.results.values()])
 
-    def _said(self) -> str:
-        """Return the heading of printed text: the case, and the governing load case."""
+    def _text(self) -> str:
+        """Return the heading of the printed text, with the case and the governing load case."""
         drawn = self.to_draw
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
-            governs += f"\nleft out: {', '.join(map(repr, self.left_out))}, for axles move: see 'crossing'"
+            governs += (
+                f"\nleft out: {', '.join(map(repr, self.left_out))}, because axles move: see 'crossing'"
+            )
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
         """Return the heading, the table and the texts of results, with blank lines between."""
         table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
-        return printable("\n\n".join([self._said(), table, *results]))
+        return printable("\n\n".join([self._text(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
         """Return all results as plain numbers, strings, lists and dictionaries."""
@@ -155,7 +157,7 @@ class Cases(StudyAnswer):
         return f"governing {named_factor(self.to_draw)}, {self.governing}"
 
     def plot(self) -> Picture:
-        """Return a picture of the load factors as bars, from the top down; the governing bar is coloured."""
+        """Return a bar chart of the load factors, in which the governing bar is coloured."""
         longest = _MOST_LETTERS
         names = [name if len(name) <= longest else f"{name[: longest - 1]}…" for name in self.results]
         values = [result.load_factor or 0.0 for result in self.results.values()]
@@ -194,7 +196,7 @@ class Directions(Cases):
     what = "earthquake"
 
     def _identity(self, result: Result) -> dict[str, Any]:
-        """Return the columns that distinguish a result from the others: ``direction`` and ``vertical``."""
+        """Return the table columns that identify a result: ``direction`` and ``vertical``."""
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def as_dict(self) -> dict[str, Any]:
@@ -221,7 +223,7 @@ class Directions(Cases):
                 axes.plot(np.radians(worst), drawn.load_factor or 0.0, color=BLACK, label="least", **ring)
             axes.set_ylim(0)
             axes.tick_params(axis="y", labelsize=8)
-            notes = ["The push is along the ray; x points to the right, y upwards."]
+            notes = ["The angle is the direction of the push; x points to the right, y upwards."]
             missing = int(table["load_factor"].isna().sum())
             if missing:
                 notes.append(f"No load factor in {counted(missing, 'direction')}.")
@@ -229,7 +231,7 @@ class Directions(Cases):
         return picture
 
     def _draw_lines(self, axes: Any) -> None:
-        """Draw a closed line of λ by direction for each ratio of vertical to horizontal push.
+        """Draw λ by direction as a closed line, for each ratio of vertical to horizontal push.
 
         With one ratio only, the incremental and the associative load factor are drawn too if they differ.
         """
@@ -282,9 +284,9 @@ def solve_cases(
     """
     base = as_scene(scene)
     if not base.load_cases:
-        raise OptionError(f"{base.origin}: has no [[load_case]]: solve it as it is, or give it some")
+        raise OptionError(f"{base.origin}: has no load cases: use 'solve', or add a table [[load_case]]")
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, solving the first of them raises the error with the advice.
+    # If axles move in all load cases, solving the first load case raises an error with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     results = solve_all({name: base.in_case(name) for name in solved}, method, progress, phases, **options)
     return Cases(results, tuple(moving))
@@ -293,7 +295,7 @@ def solve_cases(
 def solve_all(
     scenes: Mapping[str, Scene], method: str, progress: Progress, phases: Phases, **options: Any
 ) -> dict[str, Result]:
-    """Solve scenes that share their blocks, by one session, and return the results by name."""
+    """Solve scenes that have equal blocks in one session, and return the results by name."""
     session = prepare(method, keeps=True, **options)
 
     def with_name(name: str) -> Phases:
@@ -341,14 +343,14 @@ def directions(
     base = as_scene(scene, load_case)
     base.refuse_without_case()
     if base.tilt:
-        raise OptionError(f"{base.origin}: 'tilt' is the scene's live load: take it away")
+        raise OptionError(f"{base.origin}: the tilted ground is the live load: remove 'tilt'")
     own = base.shaken_by or Earthquake(direction=0.0)
     ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
-        raise OptionError("'vertical' is one number or several (found none)")
+        raise OptionError("'vertical' must be one number or several numbers (found none)")
     least = 360 / _MOST_DIRECTIONS
     if isinstance(every, bool) or not isinstance(every, int | float) or not least <= every <= 360:
-        raise OptionError(f"'every' is an angle from {least:g} to 360 degrees (found {every!r})")
+        raise OptionError(f"'every' must be an angle from {least:g} to 360 degrees (found {every!r})")
     pushes: list[Any] = ["left", "right"]
     if base.dimension == 3:
         count = int(np.ceil(360 / every - 1e-9))

@@ -18,7 +18,7 @@ from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 
-#: Colour and mark of each mechanism. The colours are those of the joints in pictures.
+#: Colour and mark of each kind of mechanism. Joints in pictures have the same colours.
 _LOOKS = {
     "sliding": (SLIDES, "square"),
     "hinging": (HINGES, "circle"),
@@ -30,9 +30,9 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_LINES = 7  #: Largest number of values of the second number for which each value has its own line.
-_MOST_NAMED = 6  #: Largest number of values above the axis that are all written.
-#: Titles of the axes of numbers that have a symbol.
+_MOST_LINES = 7  #: Largest number of values of the second number that are drawn as lines.
+_MOST_NAMED = 6  #: Largest number of values beyond the axis whose numbers are all written.
+#: Axis titles with a symbol, by the name of the number.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
     "joints.friction_angle": "friction angle φ [°]",
@@ -40,30 +40,32 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: A load factor this many times the greatest of the smaller ones is left off the axis.
+#: Ratio of a load factor to the next smaller one from which the larger one is not drawn on the axis.
 _FAR_RATIO = 10.0
-#: Largest share of load factors off the axis; of three or more load factors one may always be off the axis.
+#: Largest fraction of load factors that may be beyond the axis. Of three or more load factors, one may always
+#: be.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
-#: Pixels above the values for values off the axis, and below them for runs without a load factor.
+#: Height in pixels of the strips for values beyond the axis (on top) and for runs without a load factor (at
+#: the bottom).
 _MARGIN = 24
-_SHOWN = 15  #: Largest number of correlations in the chart, strongest first.
-#: Load factors of a sample, with the prefix of their columns.
+_SHOWN = 15  #: Largest number of correlations in the chart, beginning with the strongest.
+#: Names of the load factors of a sample, with the prefix of their columns.
 _LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
-_OFF = "off the axis: λ as written"  #: Entry of the legend for values off the axis.
-_RING = "ringed: smallest"  #: Note on the ring around the smallest load factor.
+_OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis.
+_RING = "ringed: smallest"  #: Legend entry for the ring around the smallest load factor.
 _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
-    """Return the charts of a sweep over some numbers.
+    """Return the charts of a sweep over the values of some numbers of the scene.
 
     One or two numbers have a chart of λ against the first number; two numbers also have a heat map. More
     numbers have a chart of λ against each number.
     """
     named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A heat map cannot show an infinite friction.
+    # A heat map cannot show infinite values, such as unlimited friction.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
         named_charts.append(heat_map(frame, names[0], names[1]))
@@ -71,7 +73,7 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
-    """Return the chart of λ against one number of a sweep.
+    """Return the chart of λ against the values of one number of a sweep.
 
     A sweep of one number is a line. A sweep of two numbers has a line for each value of the second number,
     unless there are too many values. Other sweeps are points.
@@ -104,7 +106,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     scale = alt.Scale(domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_MARGIN)
-    # Without a format Vega writes as many digits as its own ticks need: 0.32 and 0.28 both as 0.3.
+    # Without a format, Vega rounds labels to the digits of its own ticks: 0.32 and 0.28 would both read 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
     colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
@@ -125,7 +127,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # Many values next to each other would overlap: only the greatest is written in that case.
+    # Labels of many neighbouring values would overlap, so only the greatest value is written.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_MARGIN)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
@@ -151,7 +153,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     known = alt.Chart(cells.dropna(subset=["λ"])).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
     notes = [_RING] if least.any() else []
-    notes += ["values far above the others have the last colour"] if off.any() else []
+    notes += ["values far above the others have the last colour of the scale"] if off.any() else []
     notes += ["grey: no load factor"] if missing else []
     coloured = known.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (grey + coloured + ring.encode(x, y)).properties(height=300)
@@ -160,13 +162,13 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a note that names the load factors of the runs, in a list; empty if no run has one."""
+    """Return a list with a note on the names of the runs' load factors; empty without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return True for load factors far above the others, which are left off the axis, shape (n,)."""
+    """Return True for load factors that are too far above the others for the axis, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
@@ -177,12 +179,12 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
 
 
 def _label(name: str) -> str:
-    """Return the title of the axis of a number."""
+    """Return the axis title for a number of the scene."""
     return _SYMBOLS.get(name, name)
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the statistics of both load factors as rows; the column ``of`` names the load factor.
+    """Return the statistics of both load factors as rows of one table, named in the column ``of``.
 
     The rows of the incremental load factor are left out if it is unknown, or equal to the lowest in all rows.
     """
@@ -217,7 +219,7 @@ def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
 
 
 def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart:
-    """Return the chart of rank correlations, strongest on top.
+    """Return the chart of rank correlations, with the strongest correlation on top.
 
     Parameters
     ----------
@@ -227,7 +229,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     """
     known = correlations.dropna(thresh=4)
     shown = _by_load(known.head(_SHOWN))
-    # The mark of a correlation whose interval contains zero is hollow.
+    # Correlations whose confidence interval contains zero have hollow marks.
     shown = shown.assign(certain=(shown["lower"] > 0) | (shown["upper"] < 0))
     x, colours = axis("rank correlation with λ", -1.05, 1.05), {"scale": _COLOURS} | legend(len(shown))
     rows = alt.Chart(shown).encode(
@@ -246,5 +248,5 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_SHOWN)), 2))
-    notes = f"{sure} that all intervals of a load hold; hollow: may be none"
+    notes = f"{sure} that all intervals of a load factor are right; hollow: the correlation may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

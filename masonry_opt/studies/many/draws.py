@@ -20,11 +20,13 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
-#: Largest dimension for Sobol points; in higher dimensions points are independent. In 83 dimensions 128
-#: Sobol points have pairs of coordinates with a correlation of 0.8; independent points have at most 0.3.
+#: Largest dimension in which Sobol points are used; in higher dimensions points are independent. Of 128 Sobol
+#: points in 83 dimensions, some pairs of coordinates have a correlation of 0.8; with independent points it is
+#: at most 0.3.
 _MOST_SOBOL_DIMENSIONS = 10
-_LEAST_PROBABILITY = 2.0**-32  #: Least distance of probabilities from 0 and 1, whose quantiles are infinite.
-#: Largest difference in height of successive joints of one course, over the median length of a joint.
+#: Least distance of probabilities from 0 and 1, where quantiles may be infinite.
+_LEAST_PROBABILITY = 2.0**-32
+#: Largest difference in height between successive joints of one course, relative to the median joint length.
 _COURSE_TOLERANCE = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
 _HOW = (
@@ -35,7 +37,7 @@ _HOW = (
 
 
 class Distribution(NamedTuple):
-    """Frozen distribution of scipy.stats with its text for readers."""
+    """Frozen distribution of scipy.stats with its printed text."""
 
     text: str
     frozen: Any
@@ -74,7 +76,7 @@ def lognormal(mean: float, deviation: float) -> Any:
     return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))
 
 
-#: Functions that return the distribution of a kind with two parameters.
+#: Functions that return a distribution from its two parameters, by the name of the distribution.
 _FROZEN = {
     "normal": stats.norm,
     "lognormal": lognormal,
@@ -97,7 +99,7 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
 
 
 def _read(text: str) -> float | str:
-    """Return the number that a text stands for; the text itself if it is no number."""
+    """Return a text as a number, or unchanged if the text is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -132,11 +134,12 @@ class DrawnColumn(NamedTuple):
 
     name: str
     of: str  #: name of the number whose distribution is used
-    pairs: tuple[tuple[str, str], ...] = ()  #: blocks of the joints that take the value; empty for the scene
+    #: Pairs of blocks whose joints have the value; empty if the value belongs to the whole scene.
+    pairs: tuple[tuple[str, str], ...] = ()
 
 
 class Draws:
-    """Random numbers of a scene, and the scenes with their values.
+    """Generator of random values for the numbers of a scene, and of scenes with these values.
 
     A course consists of the joints whose middles are at one height (against gravity). A joint with its own
     value of a property, by an exception, keeps this value. Raises OptionError or CaseError as
@@ -146,7 +149,7 @@ class Draws:
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
             example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
-            raise OptionError(f"name what is uncertain, with its distribution: {example}")
+            raise OptionError(f"give the uncertain numbers with their distributions: {example}")
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
         self._by, self._parameters = by, Parameters(scene)
@@ -154,7 +157,7 @@ class Draws:
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}
         by_group = [name for name in self._laws if by != "scene" and is_of_joints(name)]
         if by != "scene" and not by_group:
-            raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
+            raise OptionError(f"by='{by}': needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
         self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
         self.texts: dict[str, str] = {}  #: distributions as text, by names of numbers
@@ -167,7 +170,7 @@ class Draws:
                 self.texts[name] = law.text
 
     def _columns_by_group(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
-        """Yield the columns of a property with a value for each course (1 is the lowest), or each joint."""
+        """Yield the columns of a joint property that has one random value for each course or each joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
@@ -176,7 +179,7 @@ class Draws:
         own_values = {frozenset(joint.between) for joint in exceptions if getattr(joint, key) is not None}
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
-            raise OptionError(f"'{name}': every joint has its own already: there is none to draw for")
+            raise OptionError(f"'{name}': every joint has its own value already, so none is random")
 
         def group_name(pair: tuple[str, str]) -> str:
             return f"course.{courses[pair]}" if self._by == "course" else f"joint.{'/'.join(pair)}"
@@ -195,23 +198,26 @@ class Draws:
         for name, law in self._laws.items():
             samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
             if not np.isfinite(samples).all():
-                raise OptionError(f"'{name}': {law.text} gives values that are no number")
+                raise OptionError(f"'{name}': {law.text} gives values that are not numbers")
             for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
-        """Raise OptionError if the scene does not accept a value of a number."""
+        """Raise OptionError if a distribution gives values that the scene does not accept."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
-            why = f"{law.text} gives {value:g}{how}, which the scene does not take: {error}"
-            remedy = "such as a lognormal, or one cut off, such as scipy.stats.truncnorm"
+            why = f"{law.text} gives {value:g}{how}, which the scene does not accept: {error}"
+            remedy = "such as a lognormal or a truncated one (scipy.stats.truncnorm)"
             raise OptionError(f"'{name}': {why}; take a distribution without such values, {remedy}") from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
-        """Return the scene of a run from its values by column. Raises CaseError if the scene refuses one."""
+        """Return the scene with the random values of a run.
+
+        Raises CaseError if the scene does not accept a value.
+        """
         of_scene = [column.name for column in self.columns if not column.pairs]
         scene = self._parameters.at({name: values[name] for name in of_scene})
         if not any(column.pairs for column in self.columns):
@@ -236,13 +242,13 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
     if dimensions > _MOST_SOBOL_DIMENSIONS:
         unit_points = rng.random((count, dimensions))
     else:
-        # The next power of two is generated: Sobol points are most uniform for powers of two.
+        # Sobol points are most uniform for powers of two, so the next power of two is generated.
         unit_points = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
     return np.clip(unit_points, _LEAST_PROBABILITY, 1 - _LEAST_PROBABILITY)
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:
-    """Return the course (1 is the lowest) of each pair of touching blocks, in the order of the joints."""
+    """Return the course number of each joint by its pair of blocks; course 1 is the lowest."""
     assembly = assemble(scene)
     joints = assembly.joints
     height = pd.Series(joints.middle @ -scene.down).sort_values(kind="stable")

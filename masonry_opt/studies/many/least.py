@@ -34,14 +34,14 @@ from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.load_factors import ASSOCIATIVE, meaning, own_name
 from masonry_opt.words.sentences import numeral
 
-FALLS = -math.inf  #: ``Trial.number`` of a scene that is unstable under its dead load.
-UNLIMITED = math.inf  #: ``Trial.number`` of a scene that carries any load.
-#: Text of a load factor that is not finite.
-_WORDS = {FALLS: "none (it falls by itself)", UNLIMITED: "any"}
+FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable under its dead load.
+UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
+#: Printed text for load factors that are not finite.
+_WORDS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
 #: Columns of a table of trials that are attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
-_VALUE_DIGITS = 9  #: Least number of significant digits of the ends that are printed.
-_NUMBER_DIGITS = 6  #: Least number of significant digits of load factors and margins that are printed.
+_VALUE_DIGITS = 9  #: Least number of significant digits with which both ends are printed.
+_NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
 
 
 @dataclass(frozen=True)
@@ -50,19 +50,19 @@ class Trial:
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
-    number: float  #: load factor, or margin under dead load; -inf if unstable; inf if it carries any load
+    number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
     result: Result = field(repr=False)  #: state and mechanism: see :class:`~.standing.DeadLoadMargin`
     certificate: Certificate | None = field(repr=False)  #: residuals of a finite ``number``
 
     @property
     def name(self) -> str:
-        """Name of the load factor ``number``: the associative one if the method found none."""
+        """Name of the load factor in ``number``; it is the associative one if the method found none."""
         return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
 @dataclass(frozen=True)
 class Threshold(StudyAnswer):
-    """Least or greatest value of a number at which a scene holds: is stable, or carries a load.
+    """Least or greatest value of a number at which a scene "holds": it is stable, or carries a load.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Threshold(StudyAnswer):
 
     @property
     def history(self) -> pd.DataFrame:
-        """Table of trials: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
+        """Table of all trials: columns ``value``, ``holds``, ``number``, then those of ``mo.sweep``."""
         rows = [
             {name: getattr(trial, name) for name in _TRIAL_COLUMNS}
             | columns(trial.result)
@@ -108,22 +108,24 @@ class Threshold(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows: value, verdict and number of each trial."""
+        """Columns of the table of trials that a notebook shows."""
         return self.history[[*_TRIAL_COLUMNS]]
 
     @property
     def _kind(self) -> str:
-        """Kind of the threshold, as printed."""
+        """Printed kind of the threshold, "least" or "greatest"."""
         return "least" if self.least else "greatest"
 
     @property
     def _measure(self) -> str:
-        """Name of the number of a trial, as printed."""
+        """Printed name of the number of a trial, "margin" or "load factor"."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
-        does = "stands under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
+        """Return the printed lines of the answer as text by label."""
+        does = (
+            "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
+        )
         facts = {
             f"{self._kind} value": f"{numeral(self.value, '.9g')}, at which the scene {does}",
             "holds": self._end(self.holds),
@@ -134,18 +136,18 @@ class Threshold(StudyAnswer):
             facts["λ is"] = meaning(self._names)
         if self.jump:
             before, after = (_WORDS.get(number) or numeral(number, ".6g") for number in self.jump)
-            facts["jump"] = f"the {self._measure} goes from {before} to {after} at once"
+            facts["jump"] = f"the {self._measure} jumps from {before} to {after}"
         return facts
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of both ends, and one if the scene also holds beyond the threshold."""
+        """Warnings of both ends, and a warning if the scene also holds beyond the threshold."""
         records = distinct_warnings([self.holds.result, self.fails.result])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = f"the scene holds {side} this value too, at {values}: search there by itself"
+        sentence = f"the scene holds {side} this value too, at {values}: search that range separately"
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 
@@ -157,7 +159,7 @@ class Threshold(StudyAnswer):
         return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
 
     def _end(self, end: Trial) -> str:
-        """Return the value and the number of an end as text, with the largest residual.
+        """Return text on an end of the interval: its value, its load factor or margin, its largest residual.
 
         The numbers have enough digits to distinguish both ends, and the failing end from the load.
         """
@@ -172,7 +174,7 @@ class Threshold(StudyAnswer):
         return f"at {value}: {self._measure} {number}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything but the results as plain values; numbers that are not finite are None."""
+        """Return the answer without results as plain values, with None for numbers that are not finite."""
         names = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         result = {"kind": self._kind} | {name: getattr(self, name) for name in names}
         result["warnings"] = self.warning_records
@@ -195,12 +197,13 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
     return ".17g"
 
 
-Make = Callable[[float], "Scene | str | Path"]  #: Function that returns the scene of a value.
+#: Function that returns the scene for a value of the varied number.
+Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Function called with every trial.
 
-TOLERANCE = 1e-6  #: Default distance of the two ends of the answer, relative to their value.
-SAMPLES = 5  #: Default number of values between the ends that are tried before the search.
-#: The tolerance is relative to at least this share of the range, because a threshold may be zero.
+TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
+SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
+#: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs some 30.
@@ -282,14 +285,14 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
 
 
 class _Search:
-    """Search for one threshold, with all trials so far."""
+    """Search for one threshold, with a record of all trials."""
 
     def __init__(
         self, least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
     ) -> None:
         if load is None and (options or method != DEFAULT):
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
+            raise OptionError(f"{named}: needs 'load', such as load=1; dead load alone needs no method")
         self.session = prepare(method, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             needed = "a function of the value, such as lambda t: mo.Scene(...)"
@@ -309,7 +312,7 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # Sorted from the end at which the scene should hold.
+        # The first trial is the one at the end of the range at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             raise OptionError(self._no_threshold())
@@ -318,7 +321,7 @@ class _Search:
         jump = self._jump(holds, fails)
         value, above, below = holds.value, holds.number - self.required, fails.number - self.required
         if not jump and math.isfinite(above) and math.isfinite(below) and above > 0:
-            # The line through both ends reaches the required number at this value.
+            # Linear interpolation between both ends gives the value at which the required number is reached.
             value += above / (above - below) * (fails.value - holds.value)
         trials = tuple(self.trials.values())
         others = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
@@ -326,7 +329,7 @@ class _Search:
         return Threshold(self.least, self.load, value, holds, fails, jump, contradictions, trials)
 
     def at(self, value: float) -> Trial:
-        """Solve the scene of a value, and record and return the trial."""
+        """Solve the scene for a value of the number, and return the trial, which is recorded."""
         scene = None
         try:
             scene = as_scene(self.make(value))
@@ -335,7 +338,7 @@ class _Search:
         except (CaseError, NoLoadFactorError) as error:
             remedy = ""
             if self.load is not None and scene is not None and not _has_live_load(scene):
-                remedy = "; without 'load' (--load) the search asks whether the scene stands"
+                remedy = "; without 'load' (--load) the search tests stability under dead load only"
             raise type(error)(f"at {value:.9g}: {error}{remedy}") from None
         rounding = LOWER * max(1.0, abs(self.required))
         holds = number >= self.required - rounding
@@ -344,7 +347,7 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, Result]:
-        """Return the load factor, or the margin under dead load, of a scene, its residuals and its result.
+        """Return the load factor or dead-load margin of a scene, its certificate and its result.
 
         Without a load factor of the method the number is -inf if the scene is unstable, inf if it carries
         any load, and the associative load factor if that is below the load. Raises NoLoadFactorError
@@ -362,12 +365,12 @@ class _Search:
         elif result.associative is not None and result.associative < self.load:
             number = result.associative  # an upper bound of every Coulomb load factor
         else:
-            why = f"{result.status}: {result.message}; narrow the range, or name another method"
-            raise NoLoadFactorError(f"whether the load is carried could not be decided: {why}")
+            why = f"{result.status}: {result.message}; narrow the range, or choose another method"
+            raise NoLoadFactorError(f"it is undecided if the load is carried: {why}")
         return number, result.certificate, result
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method, and return its holding and its failing end.
+        """Narrow an interval by Brent's method, and return the trials at its holding and failing ends.
 
         The ends are then closer than the tolerance times ``least_size`` or the size of the value.
         """
@@ -375,10 +378,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return the number of a trial in excess of the required number, bounded and never zero."""
+            """Return the difference of a trial's number from the required number, bounded and never zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values, and would end with one end only at a value of zero.
+            # Brent's method needs finite values. At a value of exactly zero it would stop, and know only one
+            # end.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
@@ -388,9 +392,9 @@ class _Search:
         return ends[True], ends[False]
 
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
-        """Return the numbers at the failing and the holding end if they differ by a jump; else None.
+        """Return the load factors (or margins) at both ends if a jump separates them; else None.
 
-        A scene that is unstable has no load factor; the required one takes its place in the comparison. No
+        An unstable scene has no load factor; the required load factor replaces it in the comparison. No
         jump can be shown under dead load alone if the failing end has no margin.
         """
         sizes = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]
@@ -401,24 +405,28 @@ class _Search:
         return (fails.number, holds.number) if is_jump else None
 
     def _no_threshold(self) -> str:
-        """Return advice for a scene that does not change between the ends, or holds at the wrong end."""
-        words = ("falls", "stands") if self.load is None else ("does not carry the load", "carries the load")
+        """Return the message that no threshold was found in the range, with advice."""
+        words = (
+            ("is unstable", "is stable")
+            if self.load is None
+            else ("does not carry the load", "carries the load")
+        )
         row = sorted(self.trials.values(), key=lambda trial: trial.value)
         low, high = row[0], row[-1]
         does, not_so = words[low.holds], words[not low.holds]
         at = f"the scene {does} at {low.value:g}"
         if low.holds != high.holds:
             other = "'most' (--most)" if self.least else "'least' (the command without --most)"
-            return f"{at} and {not_so} at {high.value:g}: ask for {other}"
+            return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
             both = f"{at} and at {high.value:g}"
-            return f"{both}, but {not_so} at {exceptions}: let one end of the range be there"
-        tried = f"at {high.value:g} and at all {len(row) - 2} values tried between"
+            return f"{both}, but {not_so} at {exceptions}: choose a range that ends there"
+        tried = f"at {high.value:g} and at all {len(row) - 2} intermediate values"
         return f"{at}, {tried}: {', or '.join(self._remedies(low, high))}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
-        """Return the changes of a search that may show a threshold if all trials agree.
+        """Return advice on changes of the search that may reveal a threshold, if all trials agree.
 
         ``low`` and ``high`` are the trials at the ends of the range.
         """
@@ -431,12 +439,12 @@ class _Search:
             end = "begin the range at a smaller value" if downwards else "end the range at a greater value"
             remedies.append(end)
         if self.load is None and _has_live_load(as_scene(self.make(low.value))):
-            why = "live loads do not act without it"
+            why = "without it live loads do not act"
             remedies.append(f"give the load factor to be carried, 'load' (--load): {why}")
-        return [*remedies, "try more values between ('samples')"]
+        return [*remedies, "try more intermediate values ('samples')"]
 
     def _has_scene(self, value: float) -> bool:
-        """Return True if a scene can be made of a value outside of the range."""
+        """Return True if a value outside of the range makes a valid scene."""
         try:
             assemble(as_scene(self.make(value)))
         except Exception:  # outside of the range a function of the user may raise any exception

@@ -18,36 +18,37 @@ from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
-_Path = tuple[str | int, ...]  #: Path through records: names of fields, and indices of entries.
+_Path = tuple[str | int, ...]  #: Path to a number through nested records, as field names and list indices.
 #: Tables whose entries are always named; entries of other tables are named if there are several.
 _ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
-#: Keys of points, forces and moments, whose two or three numbers are called x, y and z.
+#: Keys of points, forces and moments, whose components are named x, y and z.
 _POINTS = {
     *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
     *("live", "live_at", "live_per_weight", "live_moment"),
 }
-#: Keys of a scene that cannot be varied: the answer does not depend on them, or not continuously.
+#: Keys of a scene that cannot be varied, because answers do not depend on them, or not continuously.
 _LEFT_OUT = ("tolerance", "reference")
 _LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Numbers of a scene by name; for a scene from a case file, the numbers of its generators too."""
+    """Numbers of a scene by name, including the numbers of generators in its case file."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
-        # A modified copy of a scene differs from its case file, and is itself the source of the numbers.
+        # The numbers of a scene that was modified after loading are read from the scene, not from its case
+        # file.
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = self._paths()  #: Paths to the numbers, by the names that messages list.
-        #: Paths by the listed names, and by the full names of numbers in tables that occur once.
+        self.names = self._paths()  #: Paths to the numbers, by the short names that messages list.
+        #: Paths by the short names, and by the full names of numbers in tables with a single entry.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return the paths to the numbers by name; in space without thickness and strength of joints."""
+        """Return the paths to all numbers by name; in space without thickness and joint strength."""
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
             return paths
@@ -56,7 +57,7 @@ class Parameters:
         return {name: path for name, path in paths.items() if name not in of_plane}
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError if names are not the names of different numbers.
+        """Raise OptionError if a name is unknown, or if two names mean the same number.
 
         - The scene has load cases of which none is chosen.
         - A name is unknown. The message lists similar names.
@@ -69,14 +70,14 @@ class Parameters:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
             first = by_path.setdefault(self._known[name], name)
             if first != name:
-                raise OptionError(f"'{first}' and '{name}' are one number: vary one of them")
+                raise OptionError(f"'{first}' and '{name}' are the same number: vary only one of them")
             head, _, key = name.rpartition(".")
             other = f"{head}.{INSTEAD.get(key, '')}"
             if other in names:
-                raise OptionError(f"'{name}' and '{other}' say the same of one thing: vary one of them")
+                raise OptionError(f"'{name}' and '{other}' describe the same property: vary only one of them")
 
     def at(self, values: Mapping[str, float]) -> Scene:
-        """Return the scene with other values of its numbers.
+        """Return the scene with new values for some of its numbers.
 
         Successive scenes share their blocks as long as only properties of joints change. Raises OptionError
         if a name is unknown, CaseError if the values make no valid scene.
@@ -99,7 +100,7 @@ class Parameters:
         return scene.read_from(self.scene.origin).in_case_of(self.scene)
 
     def _near(self, name: str) -> str:
-        """Return advice on an unknown name: similar names, or the generator that builds the block."""
+        """Return advice on an unknown name: similar names, or a hint to the block's generator."""
         for block in self.scene.blocks:
             head = f"block.{block.name}."
             if name.startswith(head) and not any(known.startswith(head) for known in self.names):
@@ -108,21 +109,21 @@ class Parameters:
         return did_you_mean(name, self.names) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return text with the first names that have one of these beginnings; of all names if none has."""
+        """Return text that lists the first names with one of some prefixes, or else of all names."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Return True if a number is a property of joints, which does not enter the equilibrium matrix."""
+    """Return True if a number is a property of joints, which does not change the equilibrium matrix."""
     return name.startswith(("joints.", "joint."))
 
 
 def _numbers(
     record: Record, prefix: str = "", path: _Path = (), in_full: bool = False
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the names of the numbers of a record and of all records in it, with their paths.
+    """Yield the names of all numbers in a record and its sub-records, with their paths.
 
     With ``in_full`` the names of numbers in a table that occurs once contain the name of its entry too.
     """
@@ -148,7 +149,7 @@ def _numbers(
 def _numbers_of_entries(
     entries: list[Record], key: str, prefix: str, path: _Path, in_full: bool
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the names and paths of the numbers of the entries of a table.
+    """Yield the names of all numbers in the entries of a table, with their paths.
 
     Entries with equal names, such as two ties of one name, are called by their numbers instead.
     """
@@ -180,9 +181,9 @@ def _takes_number(annotation: Any) -> bool:
 
 
 def _changed(holder: Any, path: _Path, value: float) -> Any:
-    """Return a validated copy of a record, table, list or pair with another number at a path."""
+    """Return a validated copy of a record, table, list or pair with a new number at a path."""
     if not path:
-        # An integer of the scene stays an integer.
+        # A number that is an integer in the scene stays an integer.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
     first, rest = path[0], path[1:]
     if isinstance(first, int):

@@ -16,17 +16,17 @@ from masonry_opt.files import plain
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.sentences import numeral, sentences
 
-#: Last words of the names of numbers that limit forces. A state that does not reach such a limit is also a
-#: state of a scene with a greater limit.
+#: Last parts of the names of numbers that limit forces. A state that does not reach a limit is also a state
+#: of a scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 _MOST_NAMED = 3  #: Largest number of values that a sentence lists; the others are counted.
 
-Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
+Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_warnings`.
 Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
-    """Return the warnings of a run as two columns.
+    """Return the warnings of a run as two columns of its row: sentences and records.
 
     ``warnings`` is a text. ``warned`` has the records of the warnings for :func:`warnings_of_rows`.
     """
@@ -38,7 +38,7 @@ def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
-    """Yield the records of the warnings of the runs: for each code those of the first run that has any.
+    """Yield warnings of many runs: for each warning code, the records of the first run with that code.
 
     ``runs`` is added to each, the number of runs that have the code. If not all runs have these warnings in
     these words, the sentence ends with the values of the first run and the number of the other runs.
@@ -62,7 +62,7 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """Yield a record for each friction, cohesion or strength with which the lowest load factor falls.
+    """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest load factor.
 
     Runs are compared that differ by one step of this number, with all other varied numbers equal. The record
     is that of the largest fall.
@@ -80,12 +80,12 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of ``other`` that differ from those of ``run`` as text: "tie.strength = 40"."""
+    """Return the values of ``other`` that differ from ``run`` as text, such as "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
 def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict[str, Any] | None:
-    """Return the record of the largest fall of the load factor along a number; None if it never falls."""
+    """Return a warning about the largest decrease of λ as a number increases; None without a decrease."""
     known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
     falls = (before["load_factor"] - after["load_factor"]).where(after[name] > before[name])
@@ -100,7 +100,9 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
-    reason = "either the scene is weaker there, or a lower state was missed at the smaller value"
+    reason = (
+        "either the scene is weaker at the larger value, or a lower state was missed at the smaller value"
+    )
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
@@ -117,7 +119,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
 
 
 def _named(point: Point) -> str:
-    """Return the first values of a run as text, and the number of the other values."""
+    """Return text with the first values of a run, and the number of its other values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
     more = f" and {counted(len(values) - _MOST_NAMED, 'more value')}" if len(values) > _MOST_NAMED else ""
     return ", ".join(values[:_MOST_NAMED]) + more

@@ -41,7 +41,8 @@ from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEn
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 from masonry_opt.words.load_factors import LOWEST, own_name
 
-#: Columns of a run after its values, in order, with their types. Only ``seconds`` differs between machines.
+#: Types of the columns of a run that follow its values, by column name. Only ``seconds`` differs between
+#: machines.
 COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
@@ -55,22 +56,24 @@ COLUMNS = {
     "seconds": "float64",
 }
 
-#: Columns of a run in a sweep or sample: also the run in which its state was found, and its warnings.
+#: Columns of a run in a sweep or sample: ``state_from`` names another run in which its state was found;
+#: ``warnings`` has the warnings about its scene.
 RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 
 INCREMENTAL_COLUMN = (
     "incremental_"  #: Prefix of the columns of a sample that concern the incremental load factor.
 )
-#: Name of a mechanism in which joints move in one way only, apart from separating.
+#: Name of a mechanism with one kind of joint motion in addition to separation, by that motion.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
-#: Least length of an axis, over the largest load factor; a shorter axis would magnify rounding errors.
+#: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
 _LEAST_AXIS = 0.02
-RunProgress = Callable[[int, int], None]  #: Called with the number of finished runs and of all runs.
+#: Function that is called with the numbers of finished runs and of all runs.
+RunProgress = Callable[[int, int], None]
 _TABLE = "runs.csv"  #: Name of the table of runs in the folder of a study.
-#: Advice if the table of a folder must not be replaced.
+#: Advice in the message that the table of a folder is not replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; the prefix if there are several.
+_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number, or the prefix of several names.
 HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
 #: Names of the files that a sweep or a sample writes in addition to its table.
 _STUDY_FILES = re.compile(
@@ -78,27 +81,27 @@ _STUDY_FILES = re.compile(
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Settings and session of the last study in a worker's thread: ``how`` (pickled) and ``session``.
+#: Cache of each worker thread, with the pickled settings ``how`` and the ``session`` of its last study.
 _thread_cache = threading.local()
 
 
 class Study(NamedTuple):
-    """Settings that all runs of a study share."""
+    """Settings that are equal in all runs of a study."""
 
     how: HowToSolve
     make: Callable[[Mapping[str, float]], Scene]  #: returns the scene of values by name
-    scene: Scene | None = None  #: scene whose numbers vary; None if ``make`` is a function of the user
+    scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
 
 
 class StudyOutput(NamedTuple):
-    """Folder and files that a study writes."""
+    """Output folder of a study, and the files that the study writes into the folder."""
 
     folder: Path
     beside: Sequence[str]  #: names of the files in addition to the table of runs
     force: bool  #: True if files that other programs wrote may be replaced
 
     def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
-        """Write the table of the runs and additional files by name, and remove files of an earlier table.
+        """Write the table of runs and the additional files, and remove files of an earlier study.
 
         Raises OutputError if a file cannot be written or removed.
         """
@@ -127,7 +130,10 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene by a pickled HowToSolve, and return its row. Each thread reuses its last session.
+    """Solve a scene with pickled settings, and return the columns of its row.
+
+    Each thread reuses its last session.
+
 
     In addition to RUN_COLUMNS the row has the entries that :mod:`.shared_states` and :mod:`.run_warnings`
     read.
@@ -151,12 +157,12 @@ def run_many(
     by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
-    """Solve a scene at each point, and return one row a point, in the order of the points.
+    """Solve a scene for each dictionary of values, and return a table with one row for each.
 
-    A point is a dictionary of values by name. Scenes are made in this process, and solved by worker
-    processes or by the workers of a Dask scheduler. A journal in the folder of the output records finished
-    runs, which are not made again. When all runs have ended, they share their exact states
-    (:mod:`.shared_states`).
+    ``points`` are the dictionaries of values by name, in the order of the rows. Scenes are made in this
+    process, and solved by worker processes or by the workers of a Dask scheduler. A journal in the folder of
+    the output records finished runs, which are not made again. When all runs have ended, they share their
+    exact states (:mod:`.shared_states`).
 
     The frame has three attributes: ``attrs["warnings"]`` is a list of sentences, ``attrs["warning_records"]``
     has their codes too, and ``attrs["seeks_lowest"]`` is True if the method looks for the lowest state. The
@@ -191,16 +197,16 @@ def _rows_of_runs(
     by: tuple[int | None, str | None],
     progress: RunProgress,
 ) -> list[dict[str, Any]]:
-    """Return the rows of all points, from the journal or solved by workers, in the order of the points."""
+    """Return the rows of all runs, read from the journal or solved by workers, in the order of ``points``."""
     how = pickle.dumps(study.how)
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
-        """Yield index, journal key and task of the runs that the journal does not have."""
+        """Yield index, journal key and task of each run that is not in the journal."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # The values identify a run of one scene, so that no scene is made for a recorded run.
+                # If one scene is varied, the values identify a run, so that recorded runs need no scene.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None
@@ -215,7 +221,7 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # The same command repeats a run that crashed or died: memory may have been short.
+            # A run that crashed or died is not recorded, so that a repeated command makes the run again.
             if journal and end.how in (FINISHED, REFUSED):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
@@ -225,7 +231,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Discard the rows that are added to the journal within the context if no run of ``rows`` was solved."""
+    """Remove the journal rows that were added within the context, if none of the runs was solved."""
     try:
         yield
     finally:
@@ -234,7 +240,7 @@ def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, 
 
 
 def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
-    """Return the error for runs that were all refused, crashed, died or exceeded a limit."""
+    """Return the error that no run was solved, with the most frequent reason."""
     ends = Counter(zip(frame["status"], frame["message"], strict=True))
     (((how, why), count),) = ends.most_common(1)
     return NoRunSolvedError(f"no run was solved: {count} of {len(frame)} {how}: {why}")
@@ -251,7 +257,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
 
 
 def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
-    """Return the journal of a study in its folder.
+    """Open or create the journal of a study in its folder, and return the journal.
 
     Raises OptionError if the folder holds runs of another study, a table that would lose runs, or files of
     other programs.
@@ -264,7 +270,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # A journal of other runs is refused first. A new journal begins only if the table may be replaced.
+    # An existing journal of other runs raises an error first. A new journal begins only if the table may be
+    # replaced.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _TABLE, points)
@@ -291,14 +298,14 @@ def framed(
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
-    """Raise OptionError if a file exists and is no table of runs, or has runs of other points."""
+    """Raise OptionError if a file is not a table of runs, or has runs that are not repeated now."""
     if not path.exists():
         return
     try:
         table = pd.read_csv(path, dtype=str)
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
-        raise OptionError(f"{path}: is there already, and no table of runs: {_INSTEAD}") from None
+        raise OptionError(f"{path}: exists already and is not a table of runs: {_INSTEAD}") from None
     planned = {tuple(point.values()) for point in points}
     same_columns = [*values] == [*points[0]]
     recorded = values.itertuples(index=False, name=None)
@@ -308,7 +315,7 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Return an order of the points in which points that differ in joint properties alone follow each other.
+    """Return an order of runs in which runs that differ only in joint properties follow each other.
 
     A worker builds the programs of such points only once.
     """
@@ -318,7 +325,7 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """Return the row of a run: its values, then RUN_COLUMNS. A run that did not finish has its reason."""
+    """Return the row of a run: its values, then RUN_COLUMNS, with the reason if the run did not finish."""
     unfinished = {"status": end.how, "reason": end.how, "message": end.reason}
     entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
@@ -350,7 +357,7 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the ends of all ranges of the incremental load factor that the option ``spread`` computed."""
+    """Return the ends of the ranges of the incremental load factor by the option ``spread``."""
     values: list[float] = []
     for reason in solution.reasons:
         if reason.code is Code.SPREAD:
@@ -360,7 +367,7 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return the name of the mechanism and the numbers of joints that slide, hinge, separate and crush.
+    """Return columns with the kind of the mechanism and the numbers of joints in each kind of motion.
 
     Returns an empty dictionary if the solution has no mechanism.
     """
@@ -384,7 +391,7 @@ def _scene_hash(scene: Scene) -> str:
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
-    """Return the ends of an axis that contains all finite load factors; 0 and 1 if there are none."""
+    """Return the ends of an axis that contains all finite load factors; 0 and 1 without such values."""
     values = np.asarray(load_factors, dtype=float)
     finite = values[np.isfinite(values)]
     least, greatest = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
@@ -394,7 +401,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Return True for the runs with the least load factor, within the tolerance SAME, shape (runs,)."""
+    """Return True for runs whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)

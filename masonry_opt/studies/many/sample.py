@@ -39,18 +39,19 @@ if TYPE_CHECKING:
 
     from masonry_opt.studies.charts import NamedChart
 
-RUNS = 128  #: Default number of runs, a power of two: Sobol points are most uniform for powers of two.
+RUNS = 128  #: Default number of runs; Sobol points are most uniform for powers of two.
 CONFIDENCE = 0.95  #: Default confidence of intervals.
 KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
-_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")  #: Files of tables, in addition to the runs.
+#: Names of the files of statistics, written in addition to the table of runs.
+_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
-#: Largest size of a correlation before Fisher's transform, which is infinite for a correlation of 1.
+#: Limit of the size of correlations before Fisher's transform, which is infinite for a correlation of 1.
 _LARGEST_CORRELATION = 1 - 1e-15
 
 
 @dataclass(frozen=True)
 class Sample(StudyAnswer):
-    """Load factors, and incremental load factors, of a scene for random values of its numbers.
+    """Load factors and incremental load factors of a scene for random values of its numbers.
 
     Runs without a load factor count as follows:
 
@@ -87,7 +88,7 @@ class Sample(StudyAnswer):
 
     @property
     def load_factors(self) -> np.ndarray:
-        """Load factor of each run that was not refused, shape (n,).
+        """Load factor of each run with a valid scene, shape (n,).
 
         It is -inf if the scene is unstable under its dead load, inf if the scene is proven to carry any load,
         and NaN if the run is undecided.
@@ -96,7 +97,7 @@ class Sample(StudyAnswer):
 
     @property
     def incremental(self) -> np.ndarray:
-        """Incremental load factor of each run that was not refused, shape (n,), counted as ``load_factors``.
+        """Incremental load factor of each run with a valid scene, shape (n,).
 
         All values are NaN if no run has an incremental load factor.
         """
@@ -105,11 +106,11 @@ class Sample(StudyAnswer):
 
     @property
     def _counting(self) -> pd.DataFrame:
-        """Rows of the runs that were not refused."""
+        """Rows of the runs with a valid scene, which statistics count."""
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, with ±inf or NaN for runs without one; see ``load_factors``."""
+        """Return a column of load factors, with ±inf or NaN if a run has none (see ``load_factors``)."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -121,7 +122,7 @@ class Sample(StudyAnswer):
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, statistic: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """Return a statistic of the load factors and of the incremental load factors as a table.
+        """Return a table with a statistic of the load factors and of the incremental load factors.
 
         Parameters
         ----------
@@ -148,29 +149,31 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of runs that are undecided; limits count them both as collapsed and as not collapsed."""
+        """Number of undecided runs. Confidence limits assume for each that it collapses or does not."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
     def refused(self) -> int:
-        """Number of runs whose values make no scene that can be solved; no statistic counts them."""
+        """Number of runs whose values do not make a valid scene. No statistic counts these runs."""
         return int((self.table["status"] == REFUSED).sum())
 
     @property
     def failed(self) -> int:
-        """Number of runs whose process crashed, died or reached a limit; they are undecided too."""
+        """Number of runs whose process crashed, died or exceeded a limit. These runs are also undecided."""
         return int(self._counting["status"].isin(UNSOLVED).sum())
 
     @property
     def counted(self) -> str:
-        """Number of runs, and numbers of runs without a load factor, as text."""
+        """Text with the number of runs, and the numbers of runs without a load factor."""
         has_incremental = self._counting["incremental"].notna().any()
         unexpected = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: limits count them both as collapsed and as not": self.undecided,
-            "without an incremental λ: its limits count them both ways": int(unexpected.sum()),
+            "undecided: limits assume that they collapse, or that they do not": self.undecided,
+            "without an incremental λ: its limits assume that they collapse, or that they do not": int(
+                unexpected.sum()
+            ),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -236,7 +239,7 @@ class Sample(StudyAnswer):
         return self._of_both("load", loads, "probability", statistic)
 
     def _loads_of_runs(self) -> list[float]:
-        """Return all finite load factors of the runs, and 5 % of their range beyond both ends."""
+        """Return all finite load factors of the runs, and two values 5 % beyond their range."""
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
         least, greatest = ends(loads)
@@ -244,7 +247,7 @@ class Sample(StudyAnswer):
         return [max(least - margin, 0.0), *loads.tolist(), greatest + margin]
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Return Spearman's rank correlation of the load factor with each random number, strongest first.
+        """Return Spearman's rank correlations of λ with the random numbers, strongest first.
 
         The columns are ``parameter``, ``rank_correlation``, ``lower`` and ``upper``; those of the
         incremental load factor begin with ``expected_``. A correlation is NaN if the load factor or the
@@ -261,7 +264,7 @@ class Sample(StudyAnswer):
         deviations = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def statistic(values: np.ndarray) -> Sequence[Any]:
-            # A run may be undecided because friction locks: its rank is unknown.
+            # Undecided runs (NaN) have no rank and are omitted.
             ranked = ~np.isnan(values)
             values, sizes = values[ranked], np.abs(values[np.isfinite(values)])
             step = (SAME * float(np.median(sizes)) if len(sizes) else 0.0) or 1.0
@@ -283,21 +286,21 @@ class Sample(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the runs, on runs without an answer, and on falls of λ as a strength grows."""
+        """Warnings of the runs, about runs without an answer, and about strengths that lower λ."""
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
         if self.table.attrs.get("seeks_lowest", True):
             records += self._falls()
         return records
 
     def _without_answer(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning for each status of refused and of undecided runs, with their number."""
+        """Yield a warning for each status of invalid or undecided runs, with the number of runs."""
         refused = self.table[self.table["status"] == REFUSED]
         undecided = self._counting[np.isnan(self.load_factors)]
         yield from _warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
         yield from _warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
 
     def _falls(self) -> Iterator[dict[str, Any]]:
-        """Yield a record for each friction, cohesion or strength with whose growth the load factor falls.
+        """Yield a warning for each friction, cohesion or strength whose increase lowers the load factor.
 
         The whole confidence interval of the rank correlation must be below zero. The load factors must be
         those of a method that seeks the lowest state.
@@ -307,18 +310,18 @@ class Sample(StudyAnswer):
             if row["upper"] < 0 and is_limit(parameter):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
-                reason = "more of it weakens the scene, or lower states were missed where there is less"
+                reason = "larger values weaken the scene, or lower states were missed at smaller values"
                 sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows: the quantiles."""
+        """Table of quantiles, which a notebook shows."""
         return self.quantiles()
 
     def _source(self) -> str:
-        """Return the fragility curve as the address of an image."""
+        """Return the picture of the fragility curve as a data URL."""
         return self.drawing(KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
@@ -339,13 +342,13 @@ class Sample(StudyAnswer):
         from masonry_opt.studies.many import charts
 
         case = Path(self.case)
-        # A scene made in Python has a title in place of a path; the title may contain dots.
+        # A scene made in Python has a title instead of a path, and the title may contain dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
+        """Return the printed lines of the answer as text by label."""
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
@@ -353,8 +356,8 @@ class Sample(StudyAnswer):
         if lower.notna().any():
             share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
-            by = f"by {share:.1%} (median) with other stiffness of contacts and self-stress"
-            facts["spread"] = f"the incremental λ of a run {by}, in all {within}"
+            by = f"by {share:.1%} (median) with the stiffness of contacts and self-stress"
+            facts["spread"] = f"the incremental λ of a run varies {by}; range over all runs: {within}"
         return facts
 
     def __str__(self) -> str:
@@ -368,7 +371,7 @@ class Sample(StudyAnswer):
         return printable("\n".join([super().__str__(), *lines]))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything but the single runs as plain values; numbers that are not finite are None."""
+        """Return the statistics as plain values, with None for numbers that are not finite."""
         result: dict[str, Any] = {"case": self.case, "distributions": dict(self.distributions)}
         counts = ("runs", "falling", "unlimited", "undecided", "refused", "failed")
         result |= {name: getattr(self, name) for name in counts}
@@ -378,7 +381,7 @@ class Sample(StudyAnswer):
 
 
 def _warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status of runs: the number of runs, their kind, and the first message."""
+    """Yield a warning for each status of runs, with the number of runs and the first message."""
     for status in rows["status"].unique():
         of_status = rows[rows["status"] == status]
         why = str(of_status["message"].iloc[0] or "")
@@ -387,7 +390,7 @@ def _warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Itera
 
 
 def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return a statistic with its limits as text, of the load factor and of the incremental load factor.
+    """Return text on a statistic and its confidence limits, for λ and for the incremental load factor.
 
     Parameters
     ----------
@@ -408,7 +411,7 @@ def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
 
 
 def _value_text(value: float, spec: str) -> str:
-    """Return a load factor, or a statistic of load factors, as text; words if it is not finite."""
+    """Return a load factor or a statistic of load factors as text; "none", "unknown" or "any load"."""
     if math.isfinite(value):
         return numeral(value, spec)
     if math.isnan(value):
@@ -417,7 +420,7 @@ def _value_text(value: float, spec: str) -> str:
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:
-    """Raise OptionError for the first number that is not between 0 and 1, with its name."""
+    """Raise OptionError if a number is not between 0 and 1."""
     for name, values in shares.items():
         wrong = [value for value in values if not 0 < value < 1]
         if wrong:
@@ -439,7 +442,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> Sample:
-    """Solve a scene for random values of its uncertain numbers, which are independent of each other.
+    """Solve a scene for random, independent values of its uncertain numbers.
 
     >>> import masonry_opt as mo
     >>> wall = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)

@@ -28,15 +28,15 @@ from masonry_opt.scene.scene import Scene
 #: larger scene takes more than 150 kB of the journal and of memory.
 RECORDED_UP_TO = 3000
 
-#: Factor on the limits of exact states in the screen. A smaller factor may rule out states that the
-#: certificate accepts; a larger factor passes more states that the certificate refuses.
+#: Factor on the limits of residuals in the quick test of states. A smaller factor may reject states that the
+#: certificate accepts. With a larger factor more certificates are computed in vain.
 MARGIN = 10.0
 
-Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_state` adds.
+Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_state`.
 
 
 class FoundState(NamedTuple):
-    """Exact state with the run that found it."""
+    """Exact collapse state, and the run in which the state was found."""
 
     run: int  #: index of the run
     load_factor: float  #: λ
@@ -45,16 +45,16 @@ class FoundState(NamedTuple):
 
 
 class SharedAnswer(NamedTuple):
-    """Exact state of one run that replaces the answer of another run."""
+    """Exact collapse state of one run that replaces the answer of another run."""
 
     run: int  #: index of the run whose answer it is
     found_in: int  #: index of the run that found the state
-    answer: Answer  #: the state, with its certificate by the matrices of ``run``
+    answer: Answer  #: the state, with its certificate for the problem of ``run``
     assembly: Assembly  #: assembly of the scene of ``run``
 
 
 def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
-    """Return the entries of a run that :func:`shared_answers` needs, as text for a journal.
+    """Return the exact state of a run as columns of text for a journal, for :func:`shared_answers`.
 
     - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
       The hash is missing if no state of another run can be the answer: the scene is unstable under its dead
@@ -76,7 +76,7 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 
 
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
-    """Yield the answers of runs for which another run found a lower state.
+    """Yield a new answer for each run for which another run found a lower state.
 
     A yielded state is certified as exact by the matrices and limits of the run whose answer it replaces. It
     is the lowest of the states that are. The answers do not depend on the order in which the runs ended.
@@ -112,21 +112,21 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Forces and slips of all states of a group of runs, which rule out most pairs of a state and a run.
+    """Arrays of forces and slips of states, for a quick test of which states other runs may have.
 
     A sample of 1000 runs has 500,000 such pairs, and a certificate takes about a millisecond. The screen
     tests necessary conditions of the certificate for all states at once. It never confirms a state.
     """
 
-    row: dict[int, int]  #: row of a state in the arrays, by the run that found it
+    row: dict[int, int]  #: row of a state in the arrays, by the number of its run
     n: np.ndarray  #: normal forces of the joints, shape (states, c)
-    s: np.ndarray  #: sizes of their shears, shape (states, c)
-    slip: np.ndarray  #: speeds of their slips over the power of the live load, shape (states, c)
+    s: np.ndarray  #: sizes of the shears of the joints, shape (states, c)
+    slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
     limited: np.ndarray  #: forces of ties, props and earth, shape (states, t)
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Return the screen of a group of states; the problems of a group have equal matrices and loads."""
+        """Return the screen of a group of states, whose problems have equal matrices and loads."""
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
         return cls(
@@ -138,7 +138,7 @@ class Screen:
         )
 
     def possible(self, problem: Problem, states: Sequence[FoundState]) -> list[FoundState]:
-        """Return the states that may be exact states of a problem, in their order.
+        """Return the states that may be exact states of a problem, in their original order.
 
         The other states exceed the limit of a force, or have joints that slide below their shear limit.
         """
@@ -156,7 +156,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state is lower than the answer of a run, or the run has no answer."""
+    """Return True if a state has a lower load factor than a run's answer, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
@@ -164,7 +164,7 @@ def _improves(state: FoundState, row: Row) -> bool:
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:
-    """Return the state with its certificate for a problem; None if it is no exact state of that problem."""
+    """Return a state with its certificate for a problem; None if the state is not exact in that problem."""
     problem = problem.by_cone
     answer = certified(problem, state.load_factor, state.q, state.d, problem.dilatancy)
     return answer if answer.exact else None

@@ -26,19 +26,19 @@ from masonry_opt.words.sentences import message
 
 
 class DeadLoadMargin(NamedTuple):
-    """Stability of a scene under its dead load alone.
+    """Margin of stability of a scene under its dead load alone.
 
     Some scenes have no finite margin: joints that crush, blocks that wedge, joints without friction. Their
     margin is inf if the scene is stable and -inf if it is unstable, without a certificate.
     """
 
-    margin: float  #: in median block weights; negative if no state of equilibrium exists
+    margin: float  #: margin in median block weights; negative if no equilibrium exists
     certificate: Certificate | None  #: residuals of the margin
-    result: Result  #: forces that carry the dead load, or the mechanism that it drives; no load factor
+    result: Result  #: forces or mechanism under dead load, without load factor
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
-    """Return the margin of a scene under its dead load alone.
+    """Return the margin of stability of a scene under its dead load alone.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
     every joint. It solves eq. (9) with the live load B e, where e is 1 for every normal force and 0 for
@@ -63,7 +63,7 @@ def standing(scene: Scene) -> DeadLoadMargin:
     solution = replace(solution, status=Status.STANDS, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
-    # The result has no load factor, and therefore no live load, tilt or published value.
+    # The result has no load factor, so live load, tilt and reference values are removed.
     unloaded = replace(problem, live=np.zeros_like(problem.live))
     dead = replace(assembly, problem=unloaded, scene=scene.replace(tilt=None, reference={}))
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
@@ -80,8 +80,8 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # Complementarity is usually limited relative to λ. The margin may be zero, and the thrust of a long arch
-    # is hundreds of block weights, so the absolute energy is limited instead.
+    # Complementarity is usually limited relative to λ, which is the margin here and may be zero. The absolute
+    # energy is limited instead, because the thrust of a long arch is hundreds of block weights.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
@@ -89,7 +89,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
-    """Return the mechanism that the dead load drives, shape (3b,); None if the scene is stable.
+    """Return a mechanism driven by the dead load, shape (3b,); None if the scene is stable.
 
     Raises NoLoadFactorError if the stability cannot be decided.
     """

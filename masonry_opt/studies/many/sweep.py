@@ -128,9 +128,9 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     axes: list[list[float]] = []
     for name, values in vary.items():
         if name in RUN_COLUMNS:
-            raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
+            raise OptionError(f"vary: '{name}' is a column of the result table: use another name")
         try:
-            # Integers stay integers: some numbers of a scene are counts.
+            # Integers are not converted to floats, because some numbers of a scene are counts.
             axis = [int(value) if isinstance(value, Integral) else float(value) for value in values]
         except (TypeError, ValueError):
             raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
@@ -143,7 +143,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
 
 
 def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Mapping[str, float]], Scene]:
-    """Return a function of a dictionary of values that calls the scene function of the user.
+    """Return a function that makes the scene for a dictionary of values by the user's function.
 
     Raises OptionError if the function has other parameters, and later if it returns no scene.
     """
@@ -153,7 +153,7 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
         raise OptionError(f"the function of the scene takes other arguments: {error}") from None
 
     def make(values: Mapping[str, float]) -> Scene:
-        """Return the scene of values by name."""
+        """Return the scene for values by name."""
         scene = function(**values)
         if not isinstance(scene, Scene):
             raise OptionError(f"the function must return a Scene (found {type(scene).__name__})")
@@ -163,13 +163,13 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return the values of the first of some runs, and the number of the other runs, as text."""
+    """Return text with the values of the first run, and the number of the other runs."""
     first = ", ".join(f"{name} = {rows.iloc[0][name]:g}" for name in names)
     return f"{first}, and in {counted(len(rows) - 1, 'more run')}" if len(rows) > 1 else first
 
 
-def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return the summary of a sweep over some names as text of a few lines."""
+def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
+    """Return the summary of a sweep as text of a few lines."""
     load_factors = frame["load_factor"].dropna()
     lines = [f"{counted(len(frame), 'run')}, {len(load_factors)} with a load factor"]
     if len(load_factors):

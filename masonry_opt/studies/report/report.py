@@ -45,10 +45,10 @@ from masonry_opt.words.sentences import numeral
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
 _MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
-_SCALE_BAR_HEIGHT = 0.08  #: Height below a drawing for its scale bar, over the width of the drawing.
+_SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
-_MOST_LINES = 600  #: Largest number of lines of a case file that is printed.
-#: Attributes of a scene that are lists of records, by the headings of their tables.
+_MOST_LINES = 600  #: Largest number of lines up to which a case file is printed.
+#: Attributes of a scene with lists of records, by the heading of their table in the report.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
@@ -61,23 +61,25 @@ _RECORDS = {
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
-_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")  #: Innermost list of TOML that takes several lines.
+#: Pattern of an innermost TOML list that is written over several lines.
+_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """Part of a report that one answer fills."""
+    """Part of a report, about one answer."""
 
-    heading: str  #: subject of the part
+    heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
     assembly: Assembly  #: assembly of the scene that the user gave
-    told: Mapping[str, Result] = field(default_factory=dict)  #: results printed in full, by name
+    printed_in_full: Mapping[str, Result] = field(default_factory=dict)  #: results printed in full, by name
     others: Mapping[str, Result] = field(default_factory=dict)  #: other results, by name
     facts: Mapping[str, str] = field(default_factory=dict)  #: facts of the answer, by label
     pictures: Mapping[str, Picture] = field(default_factory=dict)  #: pictures of the answer, by caption
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)  #: tables of the answer, by heading
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    left_open: Sequence[str] = ()  #: sentences on questions that this answer leaves open
+    #: sentences on limits of the answer, such as positions that were not solved
+    left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed beyond its onset
@@ -119,12 +121,12 @@ def report(
     if not scenes or any(content != contents[0] for content in contents):
         called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
         found = f"{called}, of different content" if scenes else "none"
-        raise OptionError(f"a report is of answers about one scene (found {found})")
+        raise OptionError(f"a report needs answers about one scene (found {found})")
     write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
 
 
 def _with_distinct_headings(parts: Sequence[Part]) -> list[Part]:
-    """Return the parts with numbers behind headings that occur more than once."""
+    """Return the parts of a report with numbers added to headings that occur more than once."""
     headings, numbered = [part.heading for part in parts], []
     for count, part in enumerate(parts, start=1):
         occurs_again = headings.count(part.heading) > 1
@@ -134,11 +136,13 @@ def _with_distinct_headings(parts: Sequence[Part]) -> list[Part]:
 
 
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
-    """Raise OptionError if a report cannot be written to a file; called before a long computation."""
+    """Raise OptionError if a report cannot be written to a file, before a long computation."""
     if not isinstance(path, str | Path):
-        raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
+        raise OptionError(f"the path of a file must be text or a pathlib.Path (found {path!r})")
     if not is_page(path):
-        raise OptionError(f"{path}: a report's name ends in .html; browsers print it as PDF")
+        raise OptionError(
+            f"{path}: the file of a report must end in .html (browsers can print the page as PDF)"
+        )
     _units(units)
     refuse_unwritable(Path(path), force)
 
@@ -149,29 +153,34 @@ def _units(units: str | None) -> dict[str, str]:
         return {"length": "", "force": ""}
     names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
     if len(names) != 2 or not all(names):
-        raise OptionError(f"units are those of length and force, as in 'm, kN' (found {units!r})")
+        raise OptionError(f"units must name length and force, as in 'm, kN' (found {units!r})")
     return dict(zip(("length", "force"), names, strict=True))
 
 
 @singledispatch
 def _part(answer: object) -> Part:
-    """Return the part of a report for an answer. Raises OptionError if the argument is no answer."""
+    """Return the part of a report about an answer.
+
+    Raises OptionError if the argument is not an answer.
+    """
     studies = "solve, crossing, solve_cases, directions, settle or capacity"
-    raise OptionError(f"a report is of what {studies} found (found {type(answer).__name__})")
+    raise OptionError(f"a report needs answers of {studies} (found {type(answer).__name__})")
 
 
 @_part.register
 def _(answer: Result) -> Part:
     heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
-    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, told=results)
+    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results)
 
 
 @_part.register
 def _(answer: Crossing) -> Part:
     worst, least = answer.worst, answer.least
-    left_open = [f"Load case '{name}': axles did not cross in it." for name in answer.not_crossed]
-    left_out = dict.fromkeys(answer.left_out, "it leaves axles out, and only solve answers it")
-    if least is None:  # the scene is unstable, and its axles have become loads
+    left_open = [
+        f"Load case '{name}': axles did not cross in it, and it has no answer." for name in answer.not_crossed
+    ]
+    left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
+    if least is None:  # the scene is unstable; the axles are loads of its result
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open
@@ -179,13 +188,13 @@ def _(answer: Crossing) -> Part:
     subject = f"Axles {', '.join(map(repr, axles))}"
     governs = f"; '{worst.load_case}' governs" if all_cases else ""
     if answer.bound is None:
-        between = f"Positions between those solved ({facts['solved']}): λ may be less there."
+        between = f"λ may be less between the solved positions ({facts['solved']})."
         left_open = [between, *left_open]
     return Part(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
         says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
         assembly=least.passage.assembly,
-        told={f"worst position, method {worst.method}": worst},
+        printed_in_full={f"worst position, method {worst.method}": worst},
         facts=facts,
         pictures=answer.pictures(),
         tables=answer.page_tables(),
@@ -207,11 +216,11 @@ def _(answer: Cases) -> Part:
         heading=_of_case("Earthquakes", drawn) if are_earthquakes else "Load cases",
         says=f"{named_factor(drawn)}: {governs} of {counted(len(answer.results), kind)}",
         assembly=drawn.assembly,
-        told={answer.governing or next(iter(answer.results)): drawn},
+        printed_in_full={answer.governing or next(iter(answer.results)): drawn},
         others=answer.results,
         pictures={f"λ by {kind}": answer.plot()},
         tables={f"Every {kind} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
-        left_out=dict.fromkeys(answer.left_out, "its axles move, and only a crossing answers it"),
+        left_out=dict.fromkeys(answer.left_out, "axles move in this load case: use 'crossing'"),
         varied=("earthquake",) if are_earthquakes else (),
     )
 
@@ -229,7 +238,7 @@ def _(answer: Settlement) -> Part:
         heading=f"Settlement, {facts['settles']}",
         says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
-        told={"how it falls": answer.fallen} if answer.fallen else {},
+        printed_in_full={"collapse mechanism": answer.fallen} if answer.fallen else {},
         others=results,
         facts=facts,
         pictures=answer.pictures() if answer.ends else {},
@@ -244,7 +253,7 @@ def _(answer: Capacity) -> Part:
         heading=_of_case("After the onset", answer.result),
         says=f"{named_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
-        told={f"onset, method {answer.result.method}": answer.result},
+        printed_in_full={f"onset, method {answer.result.method}": answer.result},
         facts=answer.facts(),
         pictures={"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)},
         tables={f"Every state ({len(answer.table)})": frame_table(answer.table.drop(columns="pairs"))},
@@ -268,7 +277,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     results: dict[str, Result] = {}
     factors: dict[str, Result] = {}  # results with a load factor
     for part in parts:
-        for name, result in {**part.told, **part.others}.items():
+        for name, result in {**part.printed_in_full, **part.others}.items():
             full_name = f"{part.heading}: {name}" if len(parts) > 1 else name
             results[full_name] = result
             if part.pushed and result.load_factor is not None:
@@ -307,21 +316,21 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
 
 
 def _tables_of_inputs(scene: Scene, axles: Sequence[Axles]) -> dict[str, dict[str, Any]]:
-    """Return the tables of the records of a scene, and of axles, by heading."""
+    """Return tables of the inputs of a scene (loads, ties, fills, axles, ...) by heading."""
     records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
     records = {heading: rows for heading, rows in records.items() if rows}
     return {_counted(heading, rows): _of_records(rows[:_MOST_ROWS]) for heading, rows in records.items()}
 
 
 def _residuals(result: Result) -> list[str]:
-    """Return the residuals of a certified answer with their limits, as text."""
+    """Return text on the residuals of a certified answer and their limits."""
     limits = LIMITS[result.kind].as_dict()
     residuals = result.certificate.as_dict() if result.certificate else {}
     return [f"{numeral(value, '.1e')} ≤ {limits[name]:g}" for name, value in residuals.items()]
 
 
 def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
-    """Return the components of the sum of the forces of a load as text; empty if the load has no forces."""
+    """Return the resultant force of a load as text; empty if the load has no forces."""
     problem = assembly.problem
     total, size = problem.forces(load).sum(axis=0), float(problem.force_sizes(load).sum())
     total = np.where(np.abs(total) > 1e-9 * size, total, 0.0) * problem.force_unit
@@ -339,7 +348,7 @@ def _pictures(result: Result) -> dict[str, Picture]:
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """Return a picture of the unsolved scene, with a scale bar in the unit ``length``; in space with axes."""
+    """Return a picture of the scene without results, with a scale bar, or with axes in space."""
     picture = scene_picture(assembly, names=len(assembly.scene.blocks) <= _MOST_NAMED_BLOCKS)
     if assembly.scene.dimension == 3:
         return picture
@@ -354,13 +363,13 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
 
 
 def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
-    """Return a heading with the number of rows, and the number of printed rows if not all are printed."""
+    """Return a heading with the number of rows, and the number of printed rows if it is smaller."""
     count = len(rows)
     return f"{heading} ({count if count <= _MOST_ROWS else f'{_MOST_ROWS} of {count}'})"
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    """Return records as a table of a page, with a column for each key that differs from its default."""
+    """Return records as a table of a page, with columns only for keys that differ from defaults."""
     rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
     return frame_table(rows.where(rows.notna(), "").map(_cell))
 
@@ -387,7 +396,7 @@ def _case_text(scene: Scene) -> str:
 
 
 def _of_result(result: Result) -> dict[str, dict[str, Any]]:
-    """Return joints, ties and pressures of fill as tables of a page by heading."""
+    """Return tables of joints, ties and fill pressures of a result, by heading."""
     frames, pressures = {"Joints": _joints(result)}, result.pressures.drop(columns=["kind", "second"])
     for name, limited in (("Ties and props", result.ties), ("Pressure of fill", pressures)):
         frame = limited.assign(yields=limited["yields"].map({True: "yes", False: "no"}))
@@ -397,7 +406,7 @@ def _of_result(result: Result) -> dict[str, dict[str, Any]]:
 
 
 def _joints(result: Result) -> pd.DataFrame:
-    """Return forces and motions of joints, sorted by utilisation if not all of them are printed."""
+    """Return the table of joints, sorted by utilisation if only some joints are printed."""
     frame = result.joints.copy()
     if "m" in frame:
         pressed = frame["n"] > IDLE * frame["n"].abs().max()

@@ -35,19 +35,19 @@ from masonry_opt.words.load_factors import (
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: Columns of a table of reactions, without the end.
+#: Columns of the table of reactions, without the column "end".
 _COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
-_WRITTEN_JOINTS = 12  #: Largest number of joints with a number in a picture.
+_WRITTEN_JOINTS = 12  #: Largest number of joints whose opening is written into a picture.
 #: Note on the numbers in a picture.
-_NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
-_ARROWS = "way in which the support moves"  #: Entry of the legend for the arrows on supports.
+_NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
+_ARROWS = "direction in which the support moves"  #: Entry of the legend for the arrows on supports.
 
 
 @dataclass(frozen=True)
 class Bound:
-    """Least or greatest reaction of supports, in the case's unit of force; None if there is none.
+    """Least or greatest reaction of supports in the case's unit of force, with its results.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Bound:
 
     @property
     def answered_by(self) -> str | None:
-        """Kind of the result that gives ``reaction``, a key of ``results``; None without a reaction.
+        """Kind of the result (a key of ``results``) whose reaction is ``reaction``; None without a reaction.
 
         The chosen method comes first. If it finds no exact state on this side of the reaction at rest, the
         reaction is that of the incremental analysis ("incremental").
@@ -77,21 +77,21 @@ class Bound:
 
     @property
     def reaction(self) -> float | None:
-        """Reaction by the chosen method, or by the incremental analysis (see ``answered_by``)."""
+        """Reaction by the chosen method, or else by the incremental analysis (see ``answered_by``)."""
         load_factor = self.result.load_factor
         return self.incremental if load_factor is None else self._reaction(load_factor)
 
     @property
     def incremental(self) -> float | None:
-        """Incremental reaction: the scene is first at rest, then the supports move.
+        """Reaction at which equilibrium is lost when the supports move, starting from rest.
 
-        It is None for an associative method, or if no preload was found.
+        The value is None for an associative method, or if no preload was found.
         """
         return self._reaction(self.result.incremental)
 
     @property
     def associative(self) -> float | None:
-        """Reaction with associative flow; all other reactions are closer to the reaction at rest."""
+        """Reaction with associative flow. All other reactions are closer to the reaction at rest."""
         return self._reaction(self.with_associative.load_factor)
 
     @property
@@ -102,12 +102,12 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history; without such an end, the incremental reaction."""
+        """Reaction at the end of the load history, or else the incremental reaction."""
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
     def unlimited(self) -> bool:
-        """True if the scene is proven to be stable with any reaction on this side."""
+        """True if it is proven that this limit does not exist: the reaction is unlimited."""
         return self.result.solution.carries_any_load
 
     @property
@@ -122,15 +122,16 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """Openings of joints, as :attr:`Settlement.openings`, of the first result with a mechanism."""
+        """Table of opening and sliding joints in the first result with a mechanism."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return _joint_openings(next(with_mechanism, self.result))
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return reaction, status, certainty and moving blocks of each result, by column."""
+        """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The incremental reaction may be a peak of the load history, above that of the final state.
+            # The incremental reaction may be a peak of the load history, and differ from the reaction of the
+            # final state, which is that of ``result.load_factor``.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_COLUMNS, values, strict=True)))
@@ -138,16 +139,16 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if it is proven that no exact state is nearer to the reaction at rest."""
+        """True if it is proven that no exact state is closer to the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
     def history_ends_nearer(self) -> bool:
-        """True if the load history ends nearer to the reaction at rest than ``reaction``."""
+        """True if the load history ends closer to the reaction at rest than ``reaction`` is."""
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return text on the exactness of a reaction of a kind; "" if the reaction does not exist.
+        """Return text on how certain the reaction of a result is; "" if the reaction does not exist.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.
@@ -161,14 +162,14 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state lies further from the reaction at rest"
+            return "no state is further from the reaction at rest"
         if self.is_proven:
-            return f"{state_found(result)}; proven: no exact state lies nearer to the reaction at rest"
-        nearer = "exact states may lie nearer to the reaction at rest"
+            return f"{state_found(result)}; proven: no exact state is closer to the reaction at rest"
+        nearer = "exact states may be closer to the reaction at rest"
         return f"{state_found(result)}; found, not proven: {nearer}{search_remark(result, 'them')}"
 
     def _reaction(self, load_factor: float | None) -> float | None:
-        """Return the reaction at a load factor; zero instead of rounding errors."""
+        """Return the reaction at a load factor; a value of the size of rounding errors becomes zero."""
         if load_factor is None:
             return None
         reaction = self.start + self.per_load_factor * load_factor
@@ -205,24 +206,24 @@ class Settlement(StudyAnswer):
 
     @property
     def ends(self) -> dict[str, Bound]:
-        """Reactions by name, "least" and "greatest"; empty if no reaction holds the scene."""
+        """Reactions by name, "least" and "greatest"; empty if the scene is unstable with every reaction."""
         ends = {"least": self.least, "greatest": self.greatest}
         return {name: end for name, end in ends.items() if end is not None}
 
     @property
     def status(self) -> Status:
-        """Status STANDS if some reaction holds the scene; else the status of ``fallen``."""
+        """Status STANDS if the scene is stable with some reaction; else the status of ``fallen``."""
         return self.fallen.status if self.fallen else Status.STANDS
 
     @property
     def usable(self) -> bool:
-        """True if some reaction holds the scene, and each end is known or proven to be unlimited."""
+        """True if the scene is stable with some reaction, and both limits are known or proven unlimited."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 
     @property
     def table(self) -> pd.DataFrame:
-        """Table of reactions, one row for each end and kind of result.
+        """Table of reactions, with one row for each limit (least, greatest) and kind of result.
 
         The columns are ``end`` ("least", "greatest"), ``kind`` ("coulomb", "incremental", "associative"),
         ``reaction`` (NaN if there is none), ``status``, ``certainty`` (text on the exactness of the reaction)
@@ -235,7 +236,7 @@ class Settlement(StudyAnswer):
 
     @property
     def openings(self) -> pd.DataFrame:
-        """Joints that open or slide at the least reaction, the widest first, one row a joint.
+        """Table of the joints that open or slide at the least reaction, with the widest opening first.
 
         The columns are ``joint`` (its row in the result's ``joints``), ``first``, ``second``, the point
         ``x``, ``y`` (``z``) that opens most, ``opening`` at this point, and ``sliding``. Both are per unit
@@ -245,7 +246,7 @@ class Settlement(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of all results, each once, and warnings that the reactions may be others."""
+        """Warnings of all results without repetitions, and warnings about doubtful reactions."""
         if self.fallen:
             return distinct_warnings([self.fallen])
         results = [result for end in self.ends.values() for result in end.results.values()]
@@ -255,30 +256,32 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield the warnings that a reaction may be nearer to the reaction at rest, or on its other side."""
+        """Yield the warnings that a limit reaction may be closer to the reaction at rest, or beyond it."""
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             answer, at_end = numeral(reaction, ".6g"), numeral(incremental, ".6g")
-            nearer = f"the load history ends at {at_end}, nearer to the reaction at rest than {answer}"
+            nearer = f"the load history ends at {at_end}, closer to the reaction at rest than {answer}"
             sentence = f"{name} reaction: {nearer}: the scene may collapse there"
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
         if end.across_rest is not None:
             state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
             across = f"{state}, on the other side of the reaction at rest"
-            sentence = f"{name} reaction: {across}: with its forces the scene would fall by itself"
+            sentence = f"{name} reaction: {across}: with the forces of that state the scene would fall"
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
-        """Return the findings by label, as printed."""
+        """Return the printed lines of the answer as text by label."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
         settles = f"{some([*map(repr, self.supports)])} along ({along}){rate}, {turning}"
         facts = {"case": self.case, "method": self.method, "settles": settles}
         if self.fallen:
-            return facts | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
+            return facts | {
+                "reaction": f"unstable with every reaction ({self.status}): {self.fallen.message}"
+            }
         if self.at_rest is not None:
             facts["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
         facts |= {name: _words(end) for name, end in self.ends.items()}
@@ -287,7 +290,7 @@ class Settlement(StudyAnswer):
             widths = openings[["opening", "sliding"]].max(axis=1)
             joints = zip(openings["first"], openings["second"], widths, strict=True)
             listed = [f"'{first}'–'{second}' {numeral(width, '.3g')}" for first, second, width in joints]
-            facts["openings"] = f"per unit of movement, at the least: {some(listed)}"
+            facts["openings"] = f"per unit of movement, at the least reaction: {some(listed)}"
         return facts
 
     def as_dict(self) -> dict[str, Any]:
@@ -306,7 +309,7 @@ class Settlement(StudyAnswer):
     ) -> Picture:
         """Return a matplotlib figure of the mechanism at the "least" or the "greatest" reaction.
 
-        Arrows show how the supports move. If no reaction holds the scene, the figure shows how it falls.
+        Arrows show how the supports move. Without a stable reaction, the figure shows the collapse mechanism.
         Raises OptionError if the end or the kind does not exist, or the view is wrong.
 
         Parameters
@@ -317,13 +320,13 @@ class Settlement(StudyAnswer):
         view: Angles from which solids are seen, as in :meth:`Result.plot`.
         """
         if end not in ("least", "greatest"):
-            raise OptionError(f"there is no end '{end}': choose from least, greatest")
+            raise OptionError(f"unknown end '{end}': choose from least, greatest")
         if self.fallen:
-            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view)
+            return _drawn(self.fallen, "unstable with every reaction: collapse mechanism", names, view)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
         kind = kind or self.ends[end].answered_by or next(iter(rows))
         if kind not in rows:
-            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
+            raise OptionError(f"no answer of kind '{kind}': choose from {', '.join(rows)}")
         reaction, supports = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
         value = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
         heading = f"{end} reaction of {supports}: {value} ({KIND_NAMES[kind]})"
@@ -357,7 +360,7 @@ class Settlement(StudyAnswer):
         return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
-        """Return the tables of the page by heading; none if no reaction holds the scene."""
+        """Return the tables of the page by heading; empty if the scene is unstable."""
         if not self.ends:
             return {}
         reactions = self.table.replace({"kind": KIND_NAMES})
@@ -370,7 +373,7 @@ class Settlement(StudyAnswer):
 
 
 def _bound_as_dict(end: Bound) -> dict[str, Any]:
-    """Return a reaction, its openings and its results as plain values."""
+    """Return a limit reaction, the opening joints and the results as plain values."""
     names = ("reaction", "answered_by", "incremental", "associative", "across_rest", "unlimited")
     values: dict[str, Any] = {name: getattr(end, name) for name in names}
     values["openings"] = records(end.openings)
@@ -382,19 +385,19 @@ def _bound_as_dict(end: Bound) -> dict[str, Any]:
 
 
 def _moving(result: Result) -> list[str]:
-    """Return the names of the blocks that move, fastest first."""
+    """Return the names of the blocks that move, in order of decreasing velocity."""
     answer = result.solution.answer
     return moving_names(result.assembly, answer.d) if answer else []
 
 
 def _joint_openings(result: Result) -> pd.DataFrame:
-    """Return the table :attr:`Settlement.openings` of the mechanism of a result."""
+    """Return the table of opening and sliding joints in the mechanism of a result."""
     assembly, solution = result.assembly, result.solution
     problem, joints = assembly.problem, assembly.joints
     columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
     if solution.d is None or solution.load_factor is None:
         return pd.DataFrame(columns=columns)
-    # The only live load is the push along the movement of the supports.
+    # The live load consists only of the push along the movement of the supports.
     movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
     rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
     gap = np.empty(len(joints.joint))  # opening rate of each contact point
@@ -414,7 +417,7 @@ def _joint_openings(result: Result) -> pd.DataFrame:
 
 
 def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
-    """Return a picture of the mechanism, with numbers at the joints that open or slide most."""
+    """Return a picture of the mechanism, with values at the joints that open or slide most."""
     refuse_view(result.assembly.scene, view)
     elements, joints = result_elements(result), result.assembly.joints
     marks = [replace(mark, label=_ARROWS) if mark.name == "live" else mark for mark in elements.loads]
@@ -429,7 +432,7 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 
 def _words(end: Bound) -> str:
-    """Return the text on an end: its reaction with its certainty, and the reactions of other kinds."""
+    """Return text on a limit reaction: value, certainty, and the reactions by other analyses."""
     by_kind = {row["kind"]: row for row in end.rows()}
     lines = [_reaction_text(end)]
     if end.answered_by is not None:
@@ -443,12 +446,12 @@ def _words(end: Bound) -> str:
 
 
 def _reaction_text(end: Bound) -> str:
-    """Return the reaction of an end as text, with the blocks that move, or the reason why there is none."""
+    """Return text on a limit reaction: value and moving blocks, or the status if it was not found."""
     if end.reaction is None:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        by = "by the incremental analysis: no exact collapse state was found on this side of rest"
+        by = "by the incremental analysis (no exact collapse state was found on this side)"
         return f"{value} {by}"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":

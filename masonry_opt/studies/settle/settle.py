@@ -97,7 +97,7 @@ def settle(
     effort.begins("reaction at rest")
     rest = _at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # Each push begins at the opposite limit of the associative reaction, where forces are known too.
+        # Without preload, each push begins at the opposite associative limit, where the forces are known.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
@@ -105,7 +105,7 @@ def settle(
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(freed: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
-        """Return the limit reaction in one sense of motion, from a start with its forces, if known."""
+        """Return the limit reaction in one sense of motion, beginning at a reaction with known forces."""
         dead = freed.problem.dead - sign * start * freed.problem.live
         preloaded = replace(freed, problem=replace(freed.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
@@ -118,7 +118,7 @@ def settle(
 
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Return the reaction at rest by elastic contacts, over the live load, and the forces, shape (3c + t,).
+    """Return the reaction at rest with elastic contacts, relative to the live load, and the joint forces.
 
     The forces are those of the problem with settling supports. The first ``own`` of them are those of the
     scene, the others hold the supports in the directions in which they do not move. Return None if the
@@ -133,12 +133,12 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndar
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
     left = on_blocks + settling.dead - reaction * settling.live
     q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
-    # A reaction of the size of rounding errors is zero: solvers would scale the loads by it.
+    # A reaction of the size of rounding errors is set to zero, because solvers would scale the loads by it.
     return reaction if abs(reaction) > ZERO else 0.0, q
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and the greatest associative reaction, over the live load, with their forces.
+    """Return the least and the greatest associative reaction, relative to the live load, with forces.
 
     An unlimited reaction is replaced by a number that differs from the other reaction by 1.
     """
@@ -153,12 +153,15 @@ def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[floa
 
 
 def _supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
-    """Return the indices of supports by name. Raises OptionError if one is unknown or named twice."""
+    """Return the indices of supports by name.
+
+    Raises OptionError if a name is unknown or occurs twice.
+    """
     names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
     known = {block.name: number for number, block in enumerate(scene.blocks)}
     fixed = [block.name for block in scene.blocks if block.fixed]
     if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise OptionError(f"{scene.origin}: support: name each support once (found {support!r})")
+        raise OptionError(f"{scene.origin}: 'support' must name each support once (found {support!r})")
     for name in names:
         if name not in known:
             instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed)}"
@@ -170,7 +173,10 @@ def _supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
 
 
 def _unit_of(scene: Scene, direction: Sequence[float]) -> np.ndarray:
-    """Return the unit vector of a direction. Raises OptionError if it is no vector of the dimension."""
+    """Return the unit vector of a direction.
+
+    Raises OptionError if the direction is not a vector of the scene's dimension.
+    """
     vector = coordinates(direction, scene.dimension)
     if vector is None or not vector.any():
         needed = f"{COORDINATES[scene.dimension]}, not all of them zero"
@@ -185,13 +191,13 @@ def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -
     touched = freed_of.problem.by_block(np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)).any(axis=1)
     for support in np.setdiff1d(supports, freed_of.movable[touched], assume_unique=True):
         idle = f"support '{scene.blocks[support].name}' touches no block that can move"
-        raise OptionError(f"{scene.origin}: {idle}: nothing changes where it settles")
+        raise OptionError(f"{scene.origin}: {idle}: its settlement changes nothing")
 
 
 def _freed(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
-    """Return an assembly whose supports can move in one direction at a common rate.
+    """Return an assembly whose chosen supports can move in one direction, at a common rate.
 
     The supports become blocks without weight. Forces without limits restrain them across the direction and
     against rotation, and couple several supports along the direction. The live load is a push along the
@@ -207,7 +213,8 @@ def _freed(
     """
     held = push is None
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
-    # Couples with the lever of the length unit, so that all restraints are forces of one size in any units.
+    # Moments are written as couples with the length unit as lever arm, so that all restraints are forces of
+    # similar size.
     couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
     restraints: list[LimitedForce] = []
     previous = None
@@ -225,7 +232,7 @@ def _freed(
 
 
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
-    """Return the scene with movable supports, each pushed by a live force, and without other live loads."""
+    """Return the scene with movable supports that are pushed by live forces, without other live loads."""
     zero = (0.0,) * scene.dimension
     live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
     of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}
@@ -242,6 +249,6 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     fields: dict[str, Any] = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     fields |= {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    fields["reference"] = {}  # reference values are load factors of the scene's own live loads
+    fields["reference"] = {}  # reference values belong to the scene's own live loads
     # The copy is not validated: a valid scene has a fixed block, and here all blocks may be free to move.
     return BaseModel.model_copy(scene.with_load_case(None), update=fields)

@@ -33,7 +33,7 @@ def test_the_loop_prints_least_proven() -> None:
     assert own_name(result) == LEAST
 
 
-def test_indeterminate_forces_prove_nothing() -> None:
+def test_indeterminate_forces_prove_nothing(no_proof: None) -> None:
     result = mo.solve(CASES / "gilbert/two_blocks.toml")
     assert not result.solution.is_only_state
     assert own_name(result) != LEAST

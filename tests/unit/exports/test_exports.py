@@ -6,6 +6,8 @@ import highspy
 import numpy as np
 import pytest
 from nl_files import read_nl
+from pysat.formula import CNF
+from pysat.solvers import Minisat22
 from scenes import (
     CASES,
     KINDS_OF_JOINTS,
@@ -15,6 +17,7 @@ from scenes import (
     pressed_down,
     run_command,
     small_wall,
+    solved,
     two_blocks,
 )
 from scenes_in_space import box_on_floor, corner_wall
@@ -266,7 +269,7 @@ def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
         head = path.read_text().split("Source")[0]
         # The median block weighs 1500; feet are 200 wide, blocks 500.
         assert "movable blocks: 2, joints: 3" in head
-        assert "units: forces 1500.0, lengths 100.0" in head
+        assert "units: force 1500.0, length 100.0 in units of the case" in head
         assert "Br?cke" in head
         found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
         assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
@@ -310,3 +313,30 @@ def test_highs_reads_every_name(tmp_path, end):
     joints = 2 * len(ODD_NAMES) - 1
     assert len(set(names)) == len(names) == 3 * joints + 1
     assert {"n1{a_b|ground}", "n1{a_b|ground~2}", "n2{a_b|ground~3}", "n2{gr__e__m_|ground}"} <= set(names)
+
+
+def test_a_sat_solver_refutes_the_clauses_of_a_proof(tmp_path):
+    """The two blocks have three joints, of which two can slide: 2 × 2 + 2 × 3 yield conditions."""
+    (path,) = mo.export(two_blocks(), tmp_path / "two.cnf")
+    formula = CNF(from_file=str(path))
+    assert formula.nv == 10
+    named = re.findall(r"^c variable \d+: (.+)$", "\n".join(formula.comments), re.MULTILINE)
+    assert len(set(named)) == formula.nv
+    assert named[:2] == ["slide_plus{A|B}", "slide_plus{A|floor}"]
+    with Minisat22(bootstrap_with=formula.clauses) as solver:
+        assert solver.solve() is False
+
+
+def test_the_clauses_of_a_result_are_those_of_its_proof(tmp_path):
+    result = solved(two_blocks())
+    assert result.proof is not None
+    (path,) = mo.export(result, tmp_path / "two.cnf")
+    assert path.read_text().endswith(result.proof.to_dimacs())
+
+
+def test_clauses_without_a_proof_are_refused(tmp_path):
+    with pytest.raises(mo.OptionError, match="there is none: proofs are for scenes in the plane"):
+        mo.export(corner_wall(2, 2, 2), tmp_path / "corner.cnf")
+    with pytest.raises(mo.OptionError, match="'method' goes with programs"):
+        mo.export(two_blocks(), tmp_path / "two.cnf", "static")
+    assert not list(tmp_path.iterdir())

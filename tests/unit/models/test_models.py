@@ -8,9 +8,10 @@ from scenes import CASES, KINDS_OF_JOINTS, declared
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certify
+from masonry_opt.methods.bounds.conflicts import driven_motion
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.methods.mpec import CasadiIpopt
-from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyForces, CvxpyMotion
+from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyDrivenMotion, CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_static import CvxpyStatic
@@ -137,6 +138,22 @@ def test_what_exact_states_are_refined_by_is_what_cvxpy_compiles_of_the_models(p
             np.testing.assert_array_equal(getattr(made, array), getattr(compiled, array))
         for name, place in (made.columns | made.rows).items():
             np.testing.assert_array_equal(place, (compiled.columns | compiled.rows)[id(of[name])])
+
+
+def test_the_kinematics_of_proofs_are_compiled_as_cvxpy_compiles_the_model(problem):
+    """Rows are in one order; the columns of each variable are compared by name."""
+    energy, highest = np.random.default_rng(0).uniform(size=problem.faces), 0.7
+    model, made = CvxpyDrivenMotion(problem, energy, highest), driven_motion(problem, energy)
+    compiled = LinearProgram.of(model.program)
+    made.row_upper[made.rows["energy"]] = highest * problem.live_norm
+    for name, variable in (("p", model.mechanism.p), ("d", model.mechanism.d)):
+        own, other = made.columns[name], compiled.columns[id(variable)]
+        assert abs(compiled.matrix[:, other] - made.matrix[:, own]).max() == 0
+        for array in ("cost", "low", "high"):
+            np.testing.assert_array_equal(getattr(made, array)[own], getattr(compiled, array)[other])
+    for array in ("row_lower", "row_upper"):
+        np.testing.assert_array_equal(getattr(made, array), getattr(compiled, array))
+    np.testing.assert_array_equal(made.rows["energy"], compiled.rows[id(model.balance)])
 
 
 SMALL = [CASES / "gilbert" / "two_blocks.toml", CASES / "livesley" / "wedges.toml"]

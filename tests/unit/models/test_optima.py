@@ -15,7 +15,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.relaxation import bounds_of, distances, tightened
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.methods.exact.settings import WEIGHT
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_standing import CvxpyDriven
 from masonry_opt.models.pyomo_products import PyomoProducts
@@ -106,15 +106,15 @@ def test_forces_for_rates(problem):
     p = problem.rates(state.d, problem.friction)
     cohesion = problem.face_cohesion @ p
     energy = problem.C(problem.friction).T @ p
-    expected = least_of_forces(problem, problem.live_norm / WEIGHT, energy) + cohesion
-    model = CvxpyForces(problem, problem.energy_costs(p, WEIGHT))
-    assert optimum(model) / WEIGHT + cohesion == pytest.approx(expected, abs=10 * SAME)
-    refiner, costs = Refiner(problem, Effort()), problem.energy_costs(p, WEIGHT)
+    expected = least_of_forces(problem, problem.live_norm / SEARCH.weight, energy) + cohesion
+    model = CvxpyForces(problem, problem.energy_costs(p, SEARCH.weight))
+    assert optimum(model) / SEARCH.weight + cohesion == pytest.approx(expected, abs=10 * SAME)
+    refiner, costs = Refiner(problem, Effort()), problem.energy_costs(p, SEARCH.weight)
     assert refiner._forces_at(*costs)
     q = refiner._statics.values("q")
     balance = problem.B @ q + problem.dead
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)
-    cost = problem.slacks(q) @ p + load_factor * problem.live_norm / WEIGHT
+    cost = problem.slacks(q) @ p + load_factor * problem.live_norm / SEARCH.weight
     assert cost == pytest.approx(expected, abs=10 * SAME)
     # What was set for this is set back: the least λ follows.
     nothing = np.zeros(problem.faces, dtype=bool)

@@ -207,8 +207,8 @@ def test_mirrored_and_turned_loads_have_the_same_load_factor(point, load):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (((0, 0), (1, 0)), "covered by other blocks"),
-        (((2, 0), (4, 0)), "only fixed blocks"),
+        (((0, 0), (1, 0)), "other blocks cover"),
+        (((2, 0), (4, 0)), "belong to fixed blocks"),
         (((0, 5), (1, 5)), "no block has an edge"),
         (((0.5, 0), (0.5, 2)), "no block has an edge"),
         (((0, 2), (1, 2.1)), "no block has an edge"),
@@ -224,7 +224,7 @@ def test_a_line_without_a_free_edge_is_refused(line, words):
 NO_EDGE_LOADS = {
     "'pressure' or 'force'": {},
     "not both": {"pressure": 1, "force": (1, 0)},
-    "one point": {"pressure": 1, "end": (0, 0)},
+    "the same point": {"pressure": 1, "end": (0, 0)},
     "kind": {"pressure": 1, "kind": "alive"},
 }
 

@@ -117,7 +117,7 @@ def test_impossible_geometry_is_refused_by_name(blocks, message):
         ([square("B", 0.9, 0)], "blocks 'A' and 'B' overlap"),
         ([square("B", 2.5, 3)], "'B' touches no other block: 'A'.* 2\\.5 away"),
         ([square("B", 1, 1)], "'B' touches no other block: it meets 'A'"),
-        ([square("B", 4, 3), square("C", 5, 3)], "'B' reaches no fixed block.*'C'"),
+        ([square("B", 4, 3), square("C", 5, 3)], "'B' is not connected to any fixed block.*'C'"),
     ],
 )
 def test_blocks_in_impossible_places_are_refused_by_name(blocks, message, shaped):
@@ -138,7 +138,7 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
     both = mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, floor])
     with pytest.raises(mo.CaseError, match="blocks 'A' and 'B' overlap") as error:
         contacts_of(both)
-    area, x, y = map(float, re.search(r"area of (\S+) round \((\S+), (\S+)\)", str(error.value)).groups())
+    area, x, y = map(float, re.search(r"area of (\S+) near \((\S+), (\S+)\)", str(error.value)).groups())
     assert area == pytest.approx(1 - left, rel=1e-4)
     assert (x, y) == pytest.approx((shift + (1 + left) / 2, 0.5), rel=1e-5)
     assert ("tolerance" in str(error.value)) is rounded

@@ -116,11 +116,12 @@ DOES = {
     "mpec": dict.fromkeys(("sub-problems", "exact end"), "clarabel")
     | {"relaxation": "casadi", "associative": "highs"},
     "coulomb": {"associative": "highs", "refinement": "highs"},
-    "global": {"load factor": "clarabel", "refinement": "highs"}
-    | {"bounds": "highs", "products": "highs-ipm"},
+    "global": {"load factor": "clarabel", "refinement": "highs"},
 }
+#: Purposes of solvers of a proof that no state is lower.
+PROOF = {"conflicts": "highs", "clauses": "cadical"}
 for _method in ("coulomb", "global"):
-    DOES[_method] |= {"random forces": "highs"}
+    DOES[_method] |= {"random forces": "highs"} | PROOF
 
 
 @pytest.mark.parametrize("method", DOES)
@@ -131,6 +132,13 @@ def test_methods_say_which_solver_did_what(method):
     assert result.as_dict()["solvers"] == result.solvers
     assert result.as_dict()["model"] == result.model == DECLARED[method]
     assert result.at_incremental.model == "matrices"
+
+
+def test_without_a_proof_programs_of_products_bound_the_load_factor(no_proof):
+    result = mo.solve(two_blocks(), "global")
+    assert result.solvers["bounds"] == ["highs"]
+    assert result.solvers["products"] == ["highs-ipm"]
+    assert not PROOF.keys() & result.solvers.keys()
 
 
 def test_a_program_that_is_out_of_time_is_not_begun_again(watched):

@@ -287,12 +287,12 @@ def test_fill_of_another_unit_than_the_blocks(fill, backing, masonry, expected, 
 def test_a_warning_of_units_names_both_values():
     (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
     assert sentence == (
-        "the unit weight of fill no. 1 is 18000, that of the blocks 22: give both in one unit"
+        "the unit weight of fill no. 1 is 18000, but that of the blocks is 22: use the same unit for both"
     )
     (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
     assert sentence == (
-        "the strength of tie 'rod' is 20, the median weight of a block 1e+08: give forces and weights in one "
-        "unit"
+        "the strength of tie 'rod' is 20, but the median weight of a block is 1e+08: use the same unit for "
+        "forces and weights"
     )
 
 

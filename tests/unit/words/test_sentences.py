@@ -93,11 +93,11 @@ def test_advice_is_possible_and_not_followed_already(code, looped):
 WORDS = {
     Code.FALLS: (
         reason(Code.FALLS, blocks=["A", "B"]),
-        "the dead load alone moves blocks 'A', 'B': support what falls",
+        "the dead load alone moves blocks 'A', 'B': support the falling blocks",
     ),
     Code.FRICTION_WOULD_HOLD: (
         reason(Code.FRICTION_WOULD_HOLD, pairs=[["A", "B"]], factor=1.44341, above=1.443, hangs=False),
-        "'A'–'B' slides: the scene would stand with all friction at least 1.444 times as high",
+        "'A'–'B' slides: the scene would be stable with all friction at least 1.444 times as high",
     ),
     Code.PROVEN: (
         reason(Code.PROVEN, bound=-0.0, load_factor=-3e-17, rates=None, forces=False),
@@ -109,12 +109,12 @@ WORDS = {
     ),
     Code.CURVE: (
         reason(Code.CURVE, states=12, jumps=1),
-        "load–displacement curve of a growing load, in 12 load steps; 1 jump to another equilibrium, under "
-        "constant load",
+        "load–displacement curve under an increasing load, in 12 load steps; 1 jump to another equilibrium, "
+        "under constant load",
     ),
     Code.SPREAD: (
         reason(Code.SPREAD, draws=12, stiffness=(0.15, 0.25), stress=None, without=13),
-        "incremental λ of 12 draws each: 0.15–0.25 with other stiffness of contacts, none from other "
+        "incremental λ in 12 draws each: 0.15–0.25 with random stiffness of contacts, none with random "
         "self-stress (13 of these load histories led to no collapse)",
     ),
 }
@@ -235,7 +235,7 @@ def with_load_factor(result, load_factor):
     return replace(result, solution=replace(result.solution, found=found))
 
 
-def test_the_summary_leads_with_three_load_factors():
+def test_the_summary_leads_with_three_load_factors(no_proof):
     """λ = 1.5 μ and 2.5 μ by hand; the incremental one lies between, and none is called the collapse load."""
     result = mo.solve(two_blocks(), "coulomb")
     rows = table(result)
@@ -248,17 +248,27 @@ def test_the_summary_leads_with_three_load_factors():
         assert word not in result.details
 
 
-def test_other_methods_lead_with_their_own_load_factor():
+def test_a_proof_replaces_the_remark_on_starts():
+    """λ = 1.5 μ by hand is the least load factor, whatever forces the state has."""
+    result = mo.solve(two_blocks(), "coulomb")
+    value, remark = table(result)["least, proven"]
+    assert float(value) == pytest.approx(0.15, rel=1e-5)
+    assert remark == "exact collapse state; proven: no state is lower"
+    assert "at the least: " in result.summary
+    assert "not proven" not in result.summary
+
+
+def test_other_methods_lead_with_their_own_load_factor(no_proof):
     assert list(table(mo.solve(two_blocks(), "static"))) == ["associative"]
     assert list(table(mo.solve(two_blocks(), "incremental"))) == ["incremental", "associative"]
     loop = table(mo.solve(two_blocks(), "nonassociative"))
     assert list(loop) == ["found", "incremental", "associative"]
-    assert "exact but for its residuals (flow" in loop["found"][1]
+    assert "its residuals are too large to be exact (flow" in loop["found"][1]
     off = mo.solve(two_blocks(), "coulomb", incremental=False)
     assert list(table(off)) == ["lowest found", "associative"]
 
 
-def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest():
+def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest(no_proof):
     """Differences by rounding do not count."""
     result = mo.solve(two_blocks(), "coulomb")
     assert next(iter(table(with_load_factor(result, (1 + 1e-8) * result.incremental)))) == "lowest found"
@@ -273,7 +283,7 @@ def test_what_is_left_after_the_peak_is_said():
     after_peak = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(after_peak)["incremental"]
     assert value == "0.21"
-    assert remark.endswith(f"λ = {result.incremental:.6g} is left once the blocks move")
+    assert remark.endswith(f"only λ = {result.incremental:.6g} is carried once the blocks move")
 
 
 def test_a_missing_incremental_load_factor_is_explained():

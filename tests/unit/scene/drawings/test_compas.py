@@ -327,7 +327,7 @@ def test_what_is_no_prism_of_one_wall_is_read_whole(file):
     # It overturns about an edge of its base: half of it over the height of its centroid.
     height = 3 / 4 * (4 + 2 * 2 + 3 * 1) / (4 + 2 + 1)
     assert mo.solve(pushed, "static").required() == pytest.approx(1 / height, rel=1e-5)
-    with pytest.raises(mo.CaseError, match=r"no prism.*'live' of three numbers"):
+    with pytest.raises(mo.CaseError, match=r"not a prism.*give 'live' three components"):
         mo.read_compas(file(data), **GIVEN, live=(1, 0))
 
 

@@ -83,7 +83,7 @@ def test_lines_of_windows_that_enclose_none_are_no_stone_in_silence(sheet):
         space.add_lwpolyline([(1, 0), (1, 0.2), (1.2, 0.2), (1.2, 0)], dxfattribs={"layer": "Doors"})
 
     path = sheet(make, floor=False)
-    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE \w+ on layer 'Doors' encloses no opening"):
+    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE \w+ on layer 'Doors' does not enclose an opening"):
         read(path, net=True)
     with pytest.raises(mo.OptionError, match=r"'window_layers' \(--window-layer\) .*--net"):
         read(path, window_layers=["Doors"])
@@ -99,7 +99,7 @@ def test_lines_that_miss_each_other_by_a_little(sheet, off):
 
     path = sheet(facade(change), floor=False)
     assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
-    missed = r"LINE \w+ on layer 'joints' divides no stone .*'outline_tolerance'"
+    missed = r"LINE \w+ on layer 'joints' ends inside a block .*'outline_tolerance'"
     with pytest.raises(mo.CaseError, match=missed):
         read(path, net=True)
 
@@ -110,10 +110,10 @@ def test_layers_are_left_out(sheet):
         space.add_line((-1, 0.6), (0.7, 0.7), dxfattribs={"layer": "Cracks"})
 
     path = sheet(make, floor=False)
-    with pytest.raises(mo.CaseError, match=r"'Cracks' divides no stone .*'without_layers'"):
+    with pytest.raises(mo.CaseError, match=r"'Cracks' ends inside a block .*'without_layers'"):
         read(path, net=True)
     assert len(read(path, net=True, without_layers=["cracks"]).blocks) == len(FACADE)
-    unknown = r"'without_layers' \(--without-layer\): nothing is drawn on 'crack'"
+    unknown = r"'without_layers' \(--without-layer\): layer 'crack' is empty or does not exist"
     with pytest.raises(mo.CaseError, match=unknown):
         read(path, net=True, without_layers=["crack"])
 

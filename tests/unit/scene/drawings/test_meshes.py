@@ -165,7 +165,7 @@ WRONG = {
     "a corner that is not there": (obj(STONES) + b"\nf 1 2 99", "not valid OBJ"),
     "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ: line "),
     "infinite": (obj(STONES).replace(b"5.000000000", b"1e999"), "block 'high' has a coordinate"),
-    "empty": (b"", "holds no faces"),
+    "empty": (b"", "has no complete faces"),
     "a grain": (obj(STONES | {"dust": GRAIN}, 12), "block 'dust' is smaller"),
     "a face inside": (
         obj(STONES | {"high": (HIGH, [*QUADS, (0, 1, 6)])}),
@@ -318,7 +318,7 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
         ([*NEEDED, "--live-layer", "blocks"], "--live-layer"),
         ([*NEEDED, "--along", "x"], "--along"),
         ([*NEEDED, "--fixed", "1-1"], "--fixed"),
-        ([*NEEDED, "--layer", "gone"], "(--layer): nothing is drawn on 'gone'"),
+        ([*NEEDED, "--layer", "gone"], "(--layer): layer 'gone' is empty or does not exist"),
         ([*NEEDED, "--live-layer", "gone=1,0"], "(--live-layer): no movable block is on 'gone'"),
         ([*NEEDED, "--fixed-layer", "rock"], "(--fixed-layer)"),
         ([*NEEDED, "--friction", "-1"], "'friction'"),

@@ -161,7 +161,7 @@ def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_toleran
 @pytest.mark.parametrize("inner", [(0, 1), (0.4, 0.5)])
 def test_a_block_within_another_is_no_matter_of_tolerance(inner):
     stones = box("outer", (0, 1), (0, 1), (0, 1)), box("inner", inner, inner, (0, 1))
-    with pytest.raises(mo.CaseError, match="one lies within the other") as error:
+    with pytest.raises(mo.CaseError, match="one block is inside the other") as error:
         contacts_of(scene(FLOOR, *stones))
     assert "tolerance" not in str(error.value)
 

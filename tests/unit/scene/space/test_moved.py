@@ -258,10 +258,10 @@ RING = [map(int, face) for face in ("014", "015", "023", "024", "035", "123", "1
 NO_SOLIDS = {
     "a hole": (cube(lambda at, faces: (at, faces[:-1])), ["face no. 1 ", "no other face"]),
     "a face twice": (cube(lambda at, faces: (at, [*faces, faces[0]])), ["face no. 1 ", "2 other faces"]),
-    "not flat": (LIFTED, ["face no. 2 ", "0.01 off", "'tolerance'"]),
+    "not flat": (LIFTED, ["face no. 2 ", "0.01 away", "'tolerance'"]),
     "no volume": (cube(lambda at, faces: (at * [1, 1, 1e-9], faces)), ["volume"]),
     "not convex": (scene(solid("A", *U), FLOOR), ["0.8 ", "'parts'"]),
-    "parts that overlap": (scene(PARTS, FLOOR), ["no. 1 and 2 ", "0.5 round (0.75, 0.5, 0.5)", "0.5 deep"]),
+    "parts that overlap": (scene(PARTS, FLOOR), ["no. 1 and 2 ", "0.5 near (0.75, 0.5, 0.5)", "0.5 deep"]),
     "no inside": (scene(solid("A", LOOSE, RING), FLOOR), ["face no. ", "inside"]),
 }
 

@@ -1,0 +1,193 @@
+"""Of how many small scenes is the least load factor proven, and in how much processor time?
+
+    python benchmarks/proofs.py random --each 15 --first 1821000 --programs 100000 --out proofs.csv
+    python benchmarks/proofs.py bonds --programs 400000 --out bonds.csv
+
+Each scene is a row of the CSV file, written as soon as the scene is solved. Every proof is checked in exact
+arithmetic. The table at the end gives, for each range of joints, the share that is proven within some seconds
+of processor time, and how often the default's lowest load factor is above the least one.
+"""
+
+import argparse
+import csv
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.random_scenes import KINDS, random_scene  # noqa: E402
+from atlas.small_scenes import bonded  # noqa: E402
+
+import masonry_opt as mo  # noqa: E402
+from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
+from masonry_opt.methods.bounds.settings import SETTINGS  # noqa: E402
+from masonry_opt.methods.task import Task  # noqa: E402
+
+#: Ranges of joints, both ends included.
+RANGES = ((8, 13), (14, 20), (21, 25), (26, 30))
+#: Courses and stretchers of each running bond, on which the method was first tried.
+BONDS = ((1, 4), (1, 6), (1, 8), (2, 3), (2, 4), (3, 3), (2, 5), (2, 6), (3, 4), (3, 5))
+BOND_FRICTION = 0.65
+#: Time limit of each search, in seconds, which the number of programs never reaches.
+LONG = 1e5
+#: Seconds of processor time of the columns of the table.
+WITHIN = (0.2, 1, 5, 20, 60, 300)
+#: Relative difference of load factors above which the default's is counted as above the least one.
+HIGHER = 1e-3
+#: Name of the step of the default that tries a proof.
+PROOF_STEP = "proof of the least"
+#: Load factors at or below this value belong to scenes that are about to collapse under their own weight.
+NO_LOAD = 1e-6
+COLUMNS = (
+    *("name", "joints", "associative", "before", "default", "default_proven", "default_seconds"),
+    *("proof_seconds", "least", "proven", "why", "seconds", "programs"),
+    *("conflicts", "checked", "check_seconds"),
+)
+
+
+def running_bond(width: int, height: int) -> mo.Scene:
+    """Return a running bond of that many stretchers in each of that many courses."""
+    full, half = [1.0] * width, [0.5, *[1.0] * (width - 1), 0.5]
+    courses = [half if course % 2 == 0 else full for course in range(height)]
+    return bonded(courses, (4.0, 1.75), BOND_FRICTION)(None)
+
+
+def bonds(_: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
+    """Yield the names and the scenes of the running bonds."""
+    for width, height in BONDS:
+        yield f"bond {width}x{height}", running_bond(width, height)
+
+
+def random_scenes(asked: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
+    """Yield names and scenes, from the first seed on, until each range of joints has its number."""
+    missing = dict.fromkeys(RANGES, asked.each)
+    kinds = list(KINDS)
+    seed = asked.first
+    while any(missing.values()):
+        kind = kinds[seed % len(kinds)]
+        scene = random_scene(kind, seed)
+        try:
+            joints = mo.assemble(scene).problem.joints
+        except mo.CaseError:
+            joints = 0
+        for limits in RANGES:
+            if limits[0] <= joints <= limits[1] and missing[limits]:
+                missing[limits] -= 1
+                yield f"{kind} {seed}", scene
+        seed += 1
+
+
+FAMILIES = {"random": random_scenes, "bonds": bonds}
+
+
+def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
+    """Return the row of a scene. The search ends after that many linear programs, on every machine alike."""
+    problem = mo.assemble(scene).problem
+    row: dict[str, Any] = {"name": name, "joints": problem.joints}
+    try:
+        result = mo.solve(scene)
+    except mo.MasonryError as error:
+        return row | {"why": type(error).__name__}
+    answer = result.solution.answer
+    if answer is None or not answer.exact or answer.load_factor <= NO_LOAD:
+        return row | {"why": str(result.status)}
+    row |= {"associative": result.associative, "default": answer.load_factor}
+    row |= _proof_by_default(result)
+    began = time.process_time()
+    settings = replace(SETTINGS, most_programs=programs)
+    found = prove_least(Task(problem), answer, LONG, settings=settings)
+    row |= {"seconds": round(time.process_time() - began, 3), "programs": found.programs}
+    row |= {"proven": found.proof is not None, "why": found.why}
+    if found.best is not None:
+        row["least"] = found.best.load_factor
+    if found.proof is not None:
+        began = time.process_time()
+        check = mo.check_proof(scene, found.proof)
+        row |= {"conflicts": len(found.proof.conflicts), "checked": check.holds}
+        row["check_seconds"] = round(time.process_time() - began, 3)
+    return row
+
+
+def _proof_by_default(result: mo.Result) -> dict[str, Any]:
+    """Return the columns on the proof that is one of the default's steps; times are those of a clock."""
+    log = {entry.step: (number, entry) for number, entry in enumerate(result.solution.log)}
+    seconds = sum(entry.seconds for entry in result.solution.log)
+    row: dict[str, Any] = {"default_proven": result.proof is not None, "proof_seconds": 0.0}
+    row["default_seconds"] = round(seconds, 3)
+    if PROOF_STEP in log:
+        number, entry = log[PROOF_STEP]
+        row |= {"proof_seconds": round(entry.seconds, 3)}
+        row |= {"before": result.solution.log[number - 1].load_factor}
+    return row
+
+
+def summed_up(rows: list[dict[str, str]]) -> None:
+    """Print the share of scenes that are proven within some seconds, for each range of joints."""
+    solved = [row for row in rows if row["default"]]
+    shares = "".join(f"≤ {seconds:<6g}" for seconds in WITHIN)
+    print(f"joints     scenes  {shares} median s   wrong   by default")
+    for low, high in (*RANGES, (31, 99)):
+        own = [row for row in solved if low <= int(row["joints"]) <= high]
+        if not own:
+            continue
+        proven = np.array([float(row["seconds"]) for row in own if row["proven"] == "True"])
+        shares = "".join(f"{(proven <= seconds).sum() / len(own):<8.0%}" for seconds in WITHIN)
+        wrong = sum(row["checked"] == "False" for row in own)
+        median = f"{np.median(proven):.2f}" if len(proven) else "-"
+        print(f"{low}–{high:<8} {len(own):<7} {shares} {median:<10} {wrong:<7} {_slower(own)}")
+    for row in solved:
+        for name in ("before", "default"):
+            if row[name] and float(row[name]) > float(row["least"]) * (1 + HIGHER):
+                print(f"  {row['name']}: {name} {row[name]}, least {row['least']} ({row['joints']} joints)")
+    for row in solved:
+        if row["proven"] != "True":
+            print(f"  {row['name']}: {row['joints']} joints, not proven: {row['why']}")
+
+
+def _slower(rows: list[dict[str, str]]) -> str:
+    """Return the share that the default proves, and by how much its proof makes it slower in the median."""
+    proven = np.mean([row["default_proven"] == "True" for row in rows])
+    own = np.array([[float(row["proof_seconds"]), float(row["default_seconds"])] for row in rows])
+    slower = np.median(own[:, 0] / np.maximum(own[:, 1] - own[:, 0], 1e-3))
+    return f"{proven:.0%} proven, {slower:+.0%} time"
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file; none if it does not exist."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def main() -> None:
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("families", nargs="+", choices=list(FAMILIES))
+    parser.add_argument("--each", type=int, default=20, help="random scenes of each range of joints")
+    parser.add_argument("--first", type=int, default=1_820_000, help="first seed")
+    parser.add_argument("--programs", type=int, default=100_000, help="linear programs of each search")
+    parser.add_argument("--out", type=Path, default=Path("proofs.csv"), help="the CSV file")
+    asked = parser.parse_args()
+    done = {row["name"] for row in read_rows(asked.out)}
+    with asked.out.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if file.tell() == 0:
+            writer.writeheader()
+        for family in asked.families:
+            for name, scene in FAMILIES[family](asked):
+                if name not in done:
+                    writer.writerow(measured(name, scene, asked.programs))
+                    file.flush()
+    summed_up(read_rows(asked.out))
+
+
+if __name__ == "__main__":
+    main()

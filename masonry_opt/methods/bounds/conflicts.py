@@ -1,0 +1,358 @@
+"""The two linear programs of a proof, and conflicts from their Farkas multipliers.
+
+Statics and kinematics share nothing but z_i p_i = 0. If no forces with λ up to the bound bring some
+conditions to yield together, or no mechanism leaves some at rest, one of the programs is infeasible. Its
+multipliers name the few conditions to blame. A conflict counts only if the matrices confirm it by weak
+duality.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.answer.proof import REACH, Conflict, EnergyBound, KinematicConflict, StaticConflict
+from masonry_opt.effort import Effort
+from masonry_opt.methods.bounds.settings import ProofSettings
+from masonry_opt.methods.exact.refiner import programs
+from masonry_opt.problem.problem import Problem, Scaled
+from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.registry import Verdict
+
+_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
+
+#: Residual up to which HiGHS may call a program infeasible, as every conflict is verified afterwards. A
+#: smaller value leaves more programs undecided.
+_RAY_RESIDUAL = 1e-7
+
+#: Coefficients below this value are left out of the programs. Nearly parallel joints have coefficients of
+#: 1e-10, which a larger value would lose.
+_SMALLEST_COEFFICIENT = 1e-12
+
+#: Share of the allowed residual that a conflict may leave, as residuals are computed in floating point. A
+#: larger share leaves conflicts that the exact arithmetic of the check may refuse.
+_SAFETY = 0.5
+
+
+class Undecided(Exception):
+    """Linear programs or their multipliers do not decide a combination of conditions."""
+
+
+def total_load(problem: Problem, highest: float) -> float:
+    """Return the sum of all loads at a load factor, which measures forces in a proof."""
+    return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
+
+
+def friction_excess(problem: Problem) -> np.ndarray:
+    """Return μ − tan ψ of each sliding condition, shape (2k,)."""
+    return np.tile(problem.friction - problem.dilatancy, len(problem.layout.senses))
+
+
+def senses_of(problem: Problem) -> np.ndarray:
+    """Return the pairs of sliding conditions that are the two senses of one joint, shape (k, 2)."""
+    first = np.arange(len(problem.sliding))
+    return np.column_stack([first, first + len(first)])
+
+
+def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
+    """Return the least work of the live load in a motion (3b,) over load factors from 0 to ``highest``."""
+    return min(0.0, highest * float(problem.live @ d))
+
+
+@dataclass(frozen=True, eq=False)
+class Refutation:
+    """Row multipliers of an infeasible program."""
+
+    ray: np.ndarray  #: multipliers, shape (rows,)
+    restricted: np.ndarray  #: conditions that were held at yield, or at rest, shape (faces,)
+    blamed: np.ndarray  #: those of them that the multipliers need beyond rounding, shape (faces,)
+
+
+class Theory(ABC):
+    """One of the two linear programs, loaded once, with conditions that are restricted one by one."""
+
+    def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
+        self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
+        self._session = HighsSession(
+            lp,
+            effort,
+            _PURPOSE,
+            presolve="off",
+            simplex_scale_strategy=0,
+            small_matrix_value=_SMALLEST_COEFFICIENT,
+            threads=1,
+        )
+        self._session.accept_rays_up_to(_RAY_RESIDUAL)
+        self._restricted = np.zeros(scaled.problem.faces, dtype=bool)
+
+    def _solve(self) -> Verdict:
+        """Solve the program with its present bounds and costs, within the time limit of a program."""
+        return self._session.solve(self._settings.longest_program)
+
+    @abstractmethod
+    def _restrict(self, conditions: np.ndarray) -> None:
+        """Hold these conditions (faces,) at yield, or at rest, and release all others."""
+
+    @abstractmethod
+    def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
+        """Return the conditions that row multipliers need restricted, shape (faces,).
+
+        Multipliers up to ``rounding``, a share of the largest, count as zero.
+        """
+
+    @abstractmethod
+    def _confirmed(
+        self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
+    ) -> Conflict | None:
+        """Return the conflict of row multipliers; None if the matrices do not confirm it."""
+
+    def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
+        """Return the conflict of a refutation; None if the matrices do not confirm it.
+
+        Where the conditions to blame do not suffice, all restricted conditions with a multiplier are named.
+        The problem and the largest load factor are in their own units, not in those of the program.
+        """
+        shortest = self._confirmed(found.ray, found.blamed, problem, highest)
+        if shortest is not None:
+            return shortest
+        return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
+
+    def refutes(self, conditions: np.ndarray) -> Refutation | None:
+        """Return the refutation of the restriction of these conditions (faces,); None if it is feasible.
+
+        Raise Undecided if HiGHS decides nothing.
+        """
+        if not np.array_equal(conditions, self._restricted):
+            self._restrict(conditions)
+            self._restricted = conditions.copy()
+        verdict = self._solve()
+        if verdict is Verdict.OPTIMAL:
+            return None
+        ray = self._session.dual_ray() if verdict is Verdict.INFEASIBLE else None
+        if ray is None:
+            raise Undecided(f"HiGHS ended with '{verdict.name.lower()}' and without multipliers")
+        blamed = self._needed(ray, self._settings.rounding) & conditions
+        return Refutation(ray, self._restricted, blamed)
+
+
+class Statics(Theory):
+    """Forces in equilibrium with 0 ≤ λ ≤ highest that satisfy yield and hold chosen conditions at yield."""
+
+    def __init__(self, scaled: Scaled, effort: Effort, settings: ProofSettings) -> None:
+        forces, _ = programs(scaled.problem)
+        super().__init__(scaled, forces, effort, settings)
+        self._height = scaled.problem.B.shape[0]
+
+    def set_highest(self, highest: float) -> None:
+        """Set the largest load factor, in units of the scaled problem."""
+        self._session.set_bounds("load_factor", 0.0, highest)
+
+    def slacks(self) -> np.ndarray:
+        """Return the slacks at the last optimum, divided by max(1, μ), shape (faces,)."""
+        z = self._problem.slacks(self._session.values("q"))
+        return np.maximum(z, 0.0) / self._problem.steep
+
+    def point(self) -> tuple[float, np.ndarray]:
+        """Return the load factor and the forces (3c + t,) of the last optimum, in scaled units."""
+        return float(self._session.values("load_factor")[0]), self._session.values("q")
+
+    def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
+        """Return the least load factor with these conditions (faces,) at yield, and its forces (3c + t,).
+
+        All is in scaled units. Return None if HiGHS finds none.
+        """
+        self._restrict(moving)
+        self._restricted = moving.copy()
+        self._session.set_costs("load_factor", np.ones(1))
+        verdict = self._solve()
+        found = self.point() if verdict is Verdict.OPTIMAL else None
+        self._session.set_costs("load_factor", np.zeros(1))
+        return found
+
+    def _restrict(self, conditions: np.ndarray) -> None:
+        self._session.set_room("yield", np.where(conditions, 0.0, np.full(len(conditions), inf)))
+
+    def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
+        of_yield = ray[self._height :]
+        return np.asarray(of_yield > rounding * np.abs(of_yield).max(initial=0.0))
+
+    def _confirmed(
+        self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
+    ) -> StaticConflict | None:
+        found = self._verified(ray, problem, highest, np.zeros(problem.B.shape[1]), blamed)
+        if found is None:
+            return None
+        d, p, _ = found
+        return StaticConflict(np.flatnonzero(p < 0), d, p)
+
+    def least_friction(
+        self, problem: Problem, condition: int, highest: float
+    ) -> EnergyBound | StaticConflict | None:
+        """Return the least (μ − tan ψ) n of a sliding condition at yield; None if no bound is confirmed.
+
+        Return a conflict instead if the condition cannot be at yield.
+        """
+        sliders, alone = len(problem.sliding), np.arange(problem.faces) == condition
+        cost = friction_excess(problem)[condition] * problem.N[[condition % sliders]].toarray()[0]
+        self._session.set_costs("q", cost)
+        self._restrict(alone)
+        self._restricted = alone
+        verdict = self._solve()
+        self._session.set_costs("q", np.zeros_like(cost))
+        if verdict is Verdict.INFEASIBLE:
+            ray = self._session.dual_ray()
+            return None if ray is None else self._confirmed(ray, alone, problem, highest)
+        if verdict is not Verdict.OPTIMAL:
+            return None
+        found = self._verified(self._session.multipliers(), problem, highest, cost, alone)
+        if found is None:
+            return None
+        d, p, value = found
+        return EnergyBound(condition, value - self._settings.margin * total_load(problem, highest), d, p)
+
+    def _verified(
+        self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """Return d (3b,), p (faces,) and the least cost·q that they prove; None if residuals outweigh it.
+
+        Multipliers are taken as they are, or else without those that are rounding, and corrected.
+        """
+        d, p = -ray[: self._height], -ray[self._height :] / problem.steep
+        found = self._proven(d, p, problem, highest, cost, held)
+        if found is not None:
+            return found
+        p = np.where(held, p, np.maximum(p, 0.0))
+        p = np.where(np.abs(p) <= self._settings.rounding * np.abs(p).max(initial=0.0), 0.0, p)
+        d, p = _without_departure(problem, d, p, problem.B.T @ d + cost - problem.true_yield.T @ p)
+        return self._proven(d, p, problem, highest, cost, held)
+
+    def _proven(
+        self,
+        d: np.ndarray,
+        p: np.ndarray,
+        problem: Problem,
+        highest: float,
+        cost: np.ndarray,
+        held: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """Return d (3b,), p (faces,) and the least cost·q that they prove; None if residuals outweigh it.
+
+        Signs of p are exact: negative multipliers of conditions that are not held become zero.
+        """
+        p = np.where(held, p, np.maximum(p, 0.0))
+        load = total_load(problem, highest)
+        departure = problem.B.T @ d + cost - problem.true_yield.T @ p
+        gain = float(problem.dead @ d - problem.face_cohesion @ p) + live_range(problem, d, highest)
+        allowed = self._settings.margin * load if cost.any() else gain
+        if np.abs(departure).max() * REACH * load > _SAFETY * allowed:
+            return None
+        return d, p, gain
+
+
+def _without_departure(
+    problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return d (3b,) and p (faces,) of the same conditions, changed least, without a departure (3c + t,)."""
+    support = np.flatnonzero(p)
+    rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
+    change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
+    p = p.copy()
+    p[support] += change[len(d) :]
+    return d + change[: len(d)], p
+
+
+class Kinematics(Theory):
+    """Mechanisms that a load factor up to the bound can drive, with chosen conditions at rest.
+
+    Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state
+    λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, with γ the slip of each joint that slides. The energy e
+    (faces,) of a condition is c and, of sliding, the least (μ − tan ψ) n. All is in scaled units.
+    """
+
+    def __init__(self, scaled: Scaled, energy: np.ndarray, effort: Effort, settings: ProofSettings) -> None:
+        problem = scaled.problem
+        self.energy = energy
+        super().__init__(scaled, driven_motion(problem, energy), effort, settings)
+        self._flow = problem.D(problem.dilatancy).T.tocsr()
+
+    def set_highest(self, highest: float) -> None:
+        """Set the largest load factor, in units of the scaled problem."""
+        self._session.set_upper_bound_of_row("energy", highest * self._problem.live_norm)
+
+    def motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rates (faces,) and the velocities (3b,) of the last mechanism."""
+        return np.maximum(self._session.values("p"), 0.0), self._session.values("d")
+
+    def _restrict(self, conditions: np.ndarray) -> None:
+        self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
+
+    def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
+        # C(tan ψ) q + weight · e of the multipliers, which must not be negative where rates are free.
+        resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
+        return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
+
+    def _confirmed(
+        self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
+    ) -> KinematicConflict | None:
+        width = problem.B.shape[1]
+        weight = max(-float(ray[-1]), 0.0)
+        q, load_factor = ray[:width] * self._scaled.force, float(ray[width]) * self._scaled.load_factor
+        energy = self.energy * self._scaled.force
+        gain = (load_factor - weight * highest) * problem.live_norm
+        if gain <= 0:
+            return None
+        found = self._proven(q, load_factor, weight, blamed, problem, gain)
+        if found is not None:
+            return found
+        flow = problem.C(problem.dilatancy)
+        resistance = flow @ q + weight * energy
+        small = np.abs(resistance) <= self._settings.rounding * np.abs(resistance).max(initial=0.0)
+        unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
+        q = q + _balancing(problem, flow, unbalanced, np.where(small, resistance, 0.0))
+        return self._proven(q, load_factor, weight, blamed, problem, gain)
+
+    def _proven(
+        self,
+        q: np.ndarray,
+        load_factor: float,
+        weight: float,
+        blamed: np.ndarray,
+        problem: Problem,
+        gain: float,
+    ) -> KinematicConflict | None:
+        """Return the conflict of forces (3c + t,); None if their residuals outweigh what they gain."""
+        resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
+        unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
+        lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
+        if max(float(np.abs(unbalanced).max()), lacks) * REACH > _SAFETY * gain:
+            return None
+        return KinematicConflict(np.flatnonzero(blamed), q, load_factor, weight)
+
+
+def _balancing(
+    problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
+) -> np.ndarray:
+    """Return the smallest change of forces (3c + t,) that balances blocks and removes small resistances."""
+    support = np.flatnonzero(resistance)
+    rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
+    change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]
+    return change
+
+
+def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
+    """Return the program of :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`, compiled at once.
+
+    Columns are "p" and "d". Row "energy" is the energy balance, without a bound.
+    """
+    _, motion = programs(problem)
+    row = sp.csc_array(np.append(energy, -problem.dead)[None, :])
+    count = motion.matrix.shape[0]
+    return replace(
+        motion,
+        matrix=sp.vstack([motion.matrix, row], format="csc"),
+        row_lower=np.append(motion.row_lower, -inf),
+        row_upper=np.append(motion.row_upper, inf),
+        rows={**motion.rows, "energy": np.array([count], dtype=np.int32)},
+    )

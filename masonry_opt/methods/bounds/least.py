@@ -1,0 +1,148 @@
+"""The least Coulomb load factor of a plane scene, with a proof by conflict learning."""
+
+import time
+from dataclasses import dataclass
+
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.proof import Proof
+from masonry_opt.answer.thresholds import ZERO, is_lower
+from masonry_opt.methods.bounds.conflicts import Undecided
+from masonry_opt.methods.bounds.search import ConflictSearch, OutOfTime
+from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class LeastSearch:
+    """End of a search for the least load factor."""
+
+    best: Answer | None  #: lowest exact state: the known one, or a lower one that the search found
+    proof: Proof | None  #: that no state is lower; None if the search ended without a proof
+    why: str  #: why there is no proof; empty with a proof
+    programs: int = 0  #: linear programs that the search solved
+
+
+def refusal(problem: Problem) -> str:
+    """Return why a problem has no proof by conflicts; an empty string if it may have one."""
+    if problem.layout.round:
+        return "proofs are for scenes in the plane: in space friction is a cone"
+    if problem.dilatancy_depends_on_stress:
+        return "the dilatancy depends on stress, and proofs need a constant flow rule"
+    if (problem.dilatancy > problem.friction).any():
+        return "a joint dilates by more than its friction, so that sliding would create energy"
+    return ""
+
+
+class LeastProof:
+    """Search for the least load factor that can be interrupted and continued.
+
+    Attributes
+    ----------
+    best: lowest exact state: the known one, or a lower one that the search found.
+    proof: the proof that no state is lower; None if there is none so far.
+    why: why there is no proof; empty with a proof.
+    """
+
+    def __init__(
+        self, task: Task, known: Answer | None, upper: float | None, settings: ProofSettings = SETTINGS
+    ) -> None:
+        """Prepare the search; see :func:`prove_least` for the arguments."""
+        self.best: Answer | None = known
+        self.proof: Proof | None = None
+        self._task, self._settings = task, settings
+        self._start = _start(known, upper, settings)
+        self.why = refusal(task.problem) or _without_range(self._start)
+        self._search: ConflictSearch | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """True if the search may still end with a proof."""
+        return self.proof is None and not self.why
+
+    @property
+    def programs(self) -> int:
+        """Number of linear programs that the search has solved."""
+        return 0 if self._search is None else self._search.programs
+
+    def lower_to(self, state: Answer) -> None:
+        """Take a lower exact state, which another search has found, as the best one."""
+        if self.best is None or is_lower(state.load_factor, self.best.load_factor):
+            self.best = state
+
+    def run(self, seconds: float, programs: int) -> bool:
+        """Search within limits of time and of linear programs, and return True if the search has ended.
+
+        The end is a proof, or a reason for which there is none. A search without an end goes on with all its
+        clauses when it is run again.
+        """
+        if not self.is_open:
+            return True
+        try:
+            self._continue(time.perf_counter() + seconds, programs)
+        except OutOfTime:
+            return False
+        except Undecided as error:
+            self.why = str(error)
+        return True
+
+    def _continue(self, ends: float, programs: int) -> None:
+        if self._search is None:
+            assert self._start is not None
+            self._search = ConflictSearch(self._task, self._start, self._settings)
+        search = self._search
+        if self.best is not None:
+            search.lower_to(self.best.load_factor)
+        try:
+            search.run(ends, programs)
+        finally:
+            if search.best is not None:
+                self.lower_to(search.best)
+        self.proof = search.proof()
+
+
+def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
+    """Return the load factor below which the search begins; None if neither a state nor a bound is known."""
+    if known is not None:
+        return known.load_factor
+    if upper is None:
+        return None
+    # The interval that the search examines includes a state at the upper bound itself.
+    return upper + 2 * settings.gap * max(upper, SMALLEST)
+
+
+def _without_range(start: float | None) -> str:
+    """Return why no load factors below a start are to be examined; an empty string if there are any."""
+    if start is None:
+        return "neither an exact state nor an upper bound is known"
+    if start <= ZERO:
+        return "the lowest state known has a load factor of zero or less"
+    return ""
+
+
+def prove_least(
+    task: Task,
+    known: Answer | None,
+    seconds: float,
+    upper: float | None = None,
+    settings: ProofSettings = SETTINGS,
+) -> LeastSearch:
+    """Search for a state with 0 ≤ λ below the lowest state known, and prove that none exists.
+
+    Parameters
+    ----------
+    task: the problem. Its effort counts the linear programs.
+    known: the lowest exact state known; None if none is known.
+    seconds: time limit of the search.
+    upper: load factor that no state exceeds, such as the associative one; needed without a known state.
+    settings: settings of the search.
+    """
+    attempt = LeastProof(task, known, upper, settings)
+    has_ended = attempt.run(seconds, settings.most_programs)
+    why = "" if has_ended else _out_of_time(seconds, settings)
+    return LeastSearch(attempt.best, attempt.proof, attempt.why or why, attempt.programs)
+
+
+def _out_of_time(seconds: float, settings: ProofSettings) -> str:
+    return f"the search did not end within {seconds:g} s or {settings.most_programs} linear programs"

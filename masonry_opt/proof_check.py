@@ -1,0 +1,279 @@
+"""Check of a proof that no collapse state has a lower load factor, independent of the program that found it.
+
+The check shares the matrices of the scene with the search, and no other code. Every conflict is recomputed in
+exact arithmetic: floating-point numbers are binary fractions, and so are their sums and products. Another SAT
+solver than that of the search decides that no assignment satisfies all clauses.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from pysat.solvers import Glucose4
+
+from masonry_opt.answer.proof import REACH, EnergyBound, KinematicConflict, Proof, StaticConflict
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class ProofCheck:
+    """Findings of the check of a proof.
+
+    Attributes
+    ----------
+    bound: load factor below which the proof excludes states.
+    faults: what is wrong, one sentence each; empty if the proof holds.
+    static, kinematic: numbers of conflicts of each kind.
+    reach: size of the states that are excluded: forces that sum to at most this many times all loads, and
+        velocities and rates that sum to at most this many times the mean velocity of the live load. Infinite
+        without residuals.
+    """
+
+    bound: float
+    faults: tuple[str, ...]
+    static: int
+    kinematic: int
+    reach: float
+
+    @property
+    def holds(self) -> bool:
+        """True if the proof has no fault."""
+        return not self.faults
+
+    def __str__(self) -> str:
+        if self.faults:
+            return "the proof does NOT hold: " + "; ".join(self.faults)
+        return (
+            f"proven: no collapse state has a load factor from 0 to {self.bound:.9g} "
+            f"({self.static} static and {self.kinematic} kinematic conflicts, exact arithmetic, "
+            f"forces and motions up to {self.reach:.1e} times the loads and their velocity)"
+        )
+
+
+def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCheck:
+    """Check that no collapse state of a plane scene has a load factor from 0 to the bound of a proof.
+
+    Parameters
+    ----------
+    scene: a scene, or the path of a case file.
+    proof: a proof, or the path of a file that ``Proof.save`` wrote.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong.
+    ValueError
+        If the file is no proof.
+    """
+    problem = assemble(scene if isinstance(scene, Scene) else load(scene)).problem
+    return check(problem, proof if isinstance(proof, Proof) else Proof.load(proof))
+
+
+def check(problem: Problem, proof: Proof) -> ProofCheck:
+    """Check a proof against the matrices of a problem."""
+    faults = _faults_of_form(problem, proof)
+    reach = float("inf")
+    if not faults:
+        checker = _Checker(problem, proof)
+        faults, reach = checker.faults(), checker.reach
+        if not faults and _is_satisfiable(proof):
+            faults = ["an assignment satisfies all clauses, so that a state is not excluded"]
+    kinds = [isinstance(conflict, StaticConflict) for conflict in proof.conflicts]
+    return ProofCheck(proof.bound, tuple(faults), sum(kinds), len(kinds) - sum(kinds), reach)
+
+
+def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
+    """Return what makes a proof one of another scene, or of none."""
+    if problem.layout.round or problem.dilatancy_depends_on_stress:
+        return ["proofs are of plane scenes whose dilatancy does not depend on stress"]
+    if not 0 < proof.bound < proof.load_factor:
+        return [f"the bound {proof.bound:.9g} is not between 0 and the load factor {proof.load_factor:.9g}"]
+    height, width = problem.B.shape
+    if proof.conditions != problem.faces:
+        return [f"the proof has {proof.conditions} yield conditions, but the scene {problem.faces}"]
+    arrays = [(np.asarray(proof.senses, dtype=float).ravel(), 2 * len(proof.senses))]
+    indices = [proof.senses.ravel()]
+    for one in (*proof.conflicts, *proof.energy_bounds):
+        if isinstance(one, KinematicConflict):
+            arrays.append((np.append(one.q, [one.load_factor, one.weight]), width + 2))
+        else:
+            arrays += [(one.d, height), (one.p, problem.faces)]
+        indices.append(np.atleast_1d(one.condition if isinstance(one, EnergyBound) else one.conditions))
+    if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
+        return ["multipliers are missing, or no numbers"]
+    every = np.concatenate(indices)
+    if len(every) and (every.min() < 0 or every.max() >= problem.faces):
+        return ["a clause names a yield condition that the scene does not have"]
+    return []
+
+
+class _Checker:
+    """Exact recomputation of the conflicts of one proof."""
+
+    def __init__(self, problem: Problem, proof: Proof) -> None:
+        self._problem, self._proof = problem, proof
+        self._B, self._C = _Exact.of(problem.B), _Exact.of(problem.C(problem.friction))
+        self._flow = _Exact.of(problem.C(problem.dilatancy))
+        self._dead, self._live = _exact(problem.dead), _exact(problem.live)
+        self._cohesion = _exact(problem.face_cohesion)
+        self._bound = Fraction(proof.bound)
+        self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
+        self._sliders = len(problem.sliding)
+        self.reach = float("inf")  #: least reach of the conflicts that were recomputed
+        self._energy: list[Fraction | None] = list(self._cohesion)
+
+    def faults(self) -> list[str]:
+        """Return the faults of the senses, of the energy bounds and of all conflicts, in this order."""
+        faults = [f"sliding of conditions {pair} is not of one joint" for pair in self._wrong_senses()]
+        faults += self._faults_of_energy()
+        for number, conflict in enumerate(self._proof.conflicts, start=1):
+            if isinstance(conflict, StaticConflict):
+                fault = self._fault_of_statics(conflict)
+            else:
+                fault = self._fault_of_kinematics(conflict)
+            if fault:
+                faults.append(f"conflict no. {number}: {fault}")
+        return faults
+
+    def _wrong_senses(self) -> list[list[int]]:
+        """Return pairs that are not the two senses of sliding of one joint, of which one is at rest."""
+        sliders = self._sliders
+        pairs = self._proof.senses.tolist()
+        return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
+
+    def _faults_of_energy(self) -> list[str]:
+        """Add the least friction of each sliding condition to its energy, and return the faults found."""
+        problem, faults = self._problem, []
+        proven = {bound.condition: bound for bound in self._proof.energy_bounds}
+        for condition in range(2 * self._sliders):
+            joint = condition % self._sliders
+            friction, dilatancy = problem.friction[joint].item(), problem.dilatancy[joint].item()
+            excess = Fraction(friction) - Fraction(dilatancy)
+            least: Fraction | None = Fraction(0) if excess >= 0 else None
+            if condition in proven:
+                bound = proven[condition]
+                least = Fraction(bound.value)
+                if fault := self._fault_of_bound(bound, excess, joint):
+                    faults.append(f"energy bound of condition {condition}: {fault}")
+            own = self._energy[condition]
+            self._energy[condition] = None if least is None or own is None else own + least
+        stray = [condition for condition in proven if condition >= 2 * self._sliders]
+        return faults + [f"energy bound of condition {condition}: it does not slide" for condition in stray]
+
+    def _fault_of_bound(self, bound: EnergyBound, excess: Fraction, joint: int) -> str:
+        row = self._problem.N[[joint]].toarray()[0]
+        cost = [excess * Fraction(entry) for entry in row.tolist()]
+        return self._fault_of_duals(bound.d, bound.p, {bound.condition}, cost, Fraction(bound.value))
+
+    def _fault_of_statics(self, conflict: StaticConflict) -> str:
+        nothing = [Fraction(0)] * self._problem.B.shape[1]
+        held = set(conflict.conditions.tolist())
+        return self._fault_of_duals(conflict.d, conflict.p, held, nothing, Fraction(0))
+
+    def _fault_of_duals(
+        self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
+    ) -> str:
+        """Return why d (3b,) and p (faces,) do not show cost·q > least; empty if they do.
+
+        All q in equilibrium with 0 ≤ λ ≤ bound, z ≥ 0, and z = 0 on the conditions held, have
+        cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with departure = Bᵀd + cost − C(μ)ᵀp.
+        """
+        motion, rates = _exact(d), _exact(p)
+        if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
+            return "a multiplier of the wrong sign belongs to a condition that the clause does not name"
+        of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
+        residual = max(
+            (abs(a + own - b) for a, own, b in zip(of_motion, cost, of_rates, strict=True)),
+            default=Fraction(0),
+        )
+        live_work = _dot(self._live, motion)
+        gain = (
+            _dot(self._dead, motion) - _dot(self._cohesion, rates) + min(Fraction(0), self._bound * live_work)
+        )
+        return self._outweighed(gain - least, residual * self._load, "static")
+
+    def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
+        """Return why forces do not show that a condition of the clause moves; empty if they do.
+
+        With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
+        d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all
+        states up to the bound.
+        """
+        forces, load_factor, weight = _exact(conflict.q), *_exact([conflict.load_factor, conflict.weight])
+        if weight < 0:
+            return "the energy balance has a negative weight"
+        if weight > 0 and None in self._energy:
+            return "the energy balance needs a least energy of every condition"
+        internal = self._B.times(forces)
+        unbalanced = max(
+            abs(own + load_factor * live + weight * dead)
+            for own, live, dead in zip(internal, self._live, self._dead, strict=True)
+        )
+        named, lacks = set(conflict.conditions.tolist()), Fraction(0)
+        for condition, own in enumerate(self._flow.times(forces)):
+            energy = self._energy[condition] if weight > 0 else Fraction(0)
+            assert energy is not None
+            if condition not in named:
+                lacks = max(lacks, -(own + weight * energy))
+        gain = (load_factor - weight * self._bound) * Fraction(self._problem.live_norm)
+        return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
+
+    def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
+        """Return a fault if a residual, times the reach, outweighs what multipliers gain."""
+        if gain <= 0:
+            return f"the {kind} multipliers contradict nothing"
+        if residual * Fraction(REACH) >= gain:
+            return f"the {kind} multipliers leave a residual that outweighs the contradiction"
+        if residual > 0:
+            self.reach = min(self.reach, float(gain / residual))
+        return ""
+
+
+class _Exact:
+    """A sparse matrix of exact numbers."""
+
+    def __init__(self, shape: tuple[int, int], entries: list[tuple[int, int, Fraction]]) -> None:
+        self._shape, self._entries = shape, entries
+
+    @classmethod
+    def of(cls, matrix: sp.csr_array) -> "_Exact":
+        """Return the matrix with its entries as exact numbers."""
+        coo = matrix.tocoo()
+        rows, columns, values = coo.row.tolist(), coo.col.tolist(), coo.data.tolist()
+        return cls(matrix.shape, list(zip(rows, columns, map(Fraction, values), strict=True)))
+
+    def times(self, vector: list[Fraction]) -> list[Fraction]:
+        """Return the product with a vector."""
+        product = [Fraction(0)] * self._shape[0]
+        for row, column, value in self._entries:
+            if vector[column]:
+                product[row] += value * vector[column]
+        return product
+
+    def transposed_times(self, vector: list[Fraction]) -> list[Fraction]:
+        """Return the product of the transpose with a vector."""
+        product = [Fraction(0)] * self._shape[1]
+        for row, column, value in self._entries:
+            if vector[row]:
+                product[column] += value * vector[row]
+        return product
+
+
+def _exact(values: np.ndarray | list[float]) -> list[Fraction]:
+    """Return floating-point numbers as the binary fractions that they are."""
+    return [Fraction(value) for value in np.asarray(values, dtype=float).tolist()]
+
+
+def _dot(one: list[Fraction], other: list[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(one, other, strict=True) if a and b), Fraction(0))
+
+
+def _is_satisfiable(proof: Proof) -> bool:
+    """Return True if an assignment satisfies all clauses."""
+    with Glucose4(bootstrap_with=proof.clauses()) as solver:
+        return bool(solver.solve())

@@ -1,0 +1,67 @@
+"""The least load factor of a scene, with its proof, for users."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from masonry_opt.analysis import solve
+from masonry_opt.answer.proof import Proof
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.bounds.least import prove_least as prove_least_state
+from masonry_opt.methods.task import Task
+from masonry_opt.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class LeastLoadFactor:
+    """Lowest load factor found, and the proof that it is the least.
+
+    Attributes
+    ----------
+    load_factor: of the lowest exact collapse state found; None if none was found.
+    proof: that no collapse state has a lower load factor from 0 on; None without a proof.
+    why: why there is no proof; empty with a proof.
+    """
+
+    load_factor: float | None
+    proof: Proof | None
+    why: str
+
+    def __str__(self) -> str:
+        if self.load_factor is None:
+            return f"no collapse state was found, and nothing is proven: {self.why}"
+        if self.proof is None:
+            return f"λ = {self.load_factor:.6g} is the lowest found, not proven least: {self.why}"
+        count = len(self.proof.conflicts)
+        return f"λ = {self.load_factor:.6g} is the least, proven by {count} conflicts"
+
+
+def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFactor:
+    """Search for the least Coulomb load factor of a plane scene, and prove that no state is lower.
+
+    The start is the lowest state of the default method, which proves most scenes of up to 15 joints itself.
+    The proof needs no bound on forces or rates. Scenes of up to some 25 joints are proven within seconds.
+
+    Parameters
+    ----------
+    scene: a scene, or the path of a case file.
+    seconds: time limit of the search for the proof.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong.
+    OptionError
+        If the time limit is not a positive number.
+    """
+    if not isinstance(seconds, int | float) or not seconds > 0:
+        raise OptionError(f"seconds must be a positive number (found {seconds!r})")
+    result = solve(scene)
+    if result.proof is not None:
+        return LeastLoadFactor(result.load_factor, result.proof, "")
+    answer = result.solution.answer
+    known = answer if answer is not None and answer.exact else None
+    if known is None and result.associative is None:
+        return LeastLoadFactor(None, None, result.message)
+    found = prove_least_state(Task(result.assembly.problem), known, seconds, result.associative)
+    load_factor = None if found.best is None else found.best.load_factor
+    return LeastLoadFactor(load_factor, found.proof, found.why)

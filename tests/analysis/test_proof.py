@@ -1,0 +1,458 @@
+"""The least load factor, proven by conflict learning, and the check of proofs.
+
+Expected values come from an enumeration that shares no code with the search, from files whose comments say
+how their values are known, and from closed forms.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from atlas.held_scenes import held
+from atlas.random_scenes import random_scene
+from mappings import mapped, mirrored
+from pysat.solvers import Minisat22
+from scenes import CASES, small_wall, two_blocks
+from scenes_in_space import corner_wall
+from scipy.optimize import linprog
+
+import masonry_opt as mo
+from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.proof import KinematicConflict, Proof, StaticConflict
+from masonry_opt.methods.bounds.least import prove_least
+from masonry_opt.methods.bounds.settings import SETTINGS
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.proof_check import check
+
+FOLDER = Path(__file__).parent / "low_states"
+
+#: Scenes and their least load factors; each file says how they are known.
+LEAST = {"wall_13_joints": 16.4710309, "stones_14_joints": 2.3410936}
+
+#: Relative tolerance of load factors: tolerances of the linear programs (1e-10) times their conditioning.
+TOLERANCE = 1e-6
+
+SECONDS = 120.0  #: Time limit of a search, which no test relies on.
+
+
+def associative(scene: mo.Scene) -> float:
+    return mo.solve(scene, "static").required()
+
+
+def found_from_above(scene: mo.Scene) -> tuple[Answer, Proof]:
+    """Return the least state and its proof, found from the associative load factor alone."""
+    search = prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene))
+    assert search.proof is not None, search.why
+    assert search.best is not None
+    return search.best, search.proof
+
+
+def least_by_enumeration(problem: Problem) -> float:
+    """Return the least λ ≥ 0 of all collapse states, by all choices of what moves.
+
+    Every choice of a subset of the conditions that may move is a pair of linear programs. Choices are made
+    joint by joint, and left out as soon as one of the programs is infeasible: this needs no multipliers and
+    no bound.
+    """
+    faces, (height, width) = problem.faces, problem.B.shape
+    balance = np.hstack([problem.B.toarray(), problem.live[:, None]])
+    law = np.hstack([problem.true_yield.toarray(), np.zeros((faces, 1))])
+    flow = np.hstack([problem.B.T.toarray(), -problem.D(problem.dilatancy).toarray()])
+    work = np.append(problem.live, np.zeros(faces))
+
+    def statics(moving: list[int]) -> float | None:
+        held = np.isin(np.arange(faces), moving)
+        found = linprog(
+            np.eye(1, width + 1, width)[0],
+            A_ub=-law[~held],
+            b_ub=problem.face_cohesion[~held],
+            A_eq=np.vstack([balance, law[held]]),
+            b_eq=np.append(-problem.dead, -problem.face_cohesion[held]),
+            bounds=[*[(None, None)] * width, (0, None)],
+        )
+        return float(found.fun) if found.status == 0 else None
+
+    def moves(at_rest: list[int]) -> bool:
+        bounds = [(0, 0 if face in at_rest else None) for face in range(faces)]
+        found = linprog(
+            np.zeros(height + faces),
+            A_eq=np.vstack([flow, work]),
+            b_eq=np.append(np.zeros(width), problem.live_norm),
+            bounds=[*[(None, None)] * height, *bounds],
+        )
+        return found.status == 0
+
+    sliders = len(problem.sliding)
+
+    def enumerated(face: int, moving: list[int], at_rest: list[int]) -> float:
+        load_factor = statics(moving)
+        if load_factor is None or not moves(at_rest):
+            return np.inf
+        if face == faces:
+            return load_factor
+        one_way = sliders <= face < 2 * sliders and face - sliders in moving
+        with_motion = np.inf if one_way else enumerated(face + 1, [*moving, face], at_rest)
+        return min(with_motion, enumerated(face + 1, moving, [*at_rest, face]))
+
+    return enumerated(0, [], [])
+
+
+@pytest.mark.parametrize("name", LEAST)
+def test_the_least_load_factor_is_found_and_proven_from_above(name):
+    scene = mo.load(FOLDER / f"{name}.toml")
+    best, proof = found_from_above(scene)
+    assert best.load_factor == pytest.approx(LEAST[name], rel=TOLERANCE)
+    assert best.exact
+    assert proof.bound == pytest.approx(LEAST[name] * (1 - SETTINGS.gap), rel=TOLERANCE)
+    assert mo.check_proof(scene, proof).holds
+
+
+@pytest.mark.parametrize("name", LEAST)
+def test_orders_and_mirror_images_lead_to_the_same_least_load_factor(name):
+    scene = mo.load(FOLDER / f"{name}.toml")
+    orders = [np.random.default_rng(seed).permutation(len(scene.blocks)) for seed in range(3)]
+    for other in (mapped(scene, mirrored, mirrored), *(mapped(scene, order=order) for order in orders)):
+        best, proof = found_from_above(other)
+        assert best.load_factor == pytest.approx(LEAST[name], rel=TOLERANCE)
+        assert check(assemble(other).problem, proof).holds
+
+
+def test_a_closed_form_is_proven():
+    """Two blocks of Fig. 6 of the paper: λ = 0.15 by hand."""
+    best, proof = found_from_above(two_blocks())
+    assert best.load_factor == pytest.approx(0.15, rel=1e-9)
+    assert 0.15 * (1 - 2 * SETTINGS.gap) <= proof.bound < 0.15
+
+
+#: Scenes of 2 to 4 joints on which the flow rule matters or not, of seeds that no setting was chosen by.
+ENUMERATED = [("wall", 1_590_068), ("stack", 1_590_001), ("stack", 1_590_005)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), ENUMERATED)
+def test_enumeration_of_all_choices_agrees(kind, seed):
+    scene = random_scene(kind, seed)
+    best, _ = found_from_above(scene)
+    assert best.load_factor == pytest.approx(least_by_enumeration(assemble(scene).problem), rel=1e-5)
+
+
+def test_enumeration_agrees_where_the_flow_rule_matters():
+    """The associative load factor of the two blocks is 0.25, the Coulomb one 0.15."""
+    problem = assemble(two_blocks()).problem
+    assert least_by_enumeration(problem) == pytest.approx(0.15, rel=1e-6)
+
+
+def with_joints(scene: mo.Scene, **properties: Any) -> mo.Scene:
+    own = scene.joints.model_dump(exclude_unset=True) | properties
+    return scene.replace(joints=mo.JointDefaults(**own))
+
+
+@pytest.mark.parametrize("properties", [{"dilatancy": 0.1}, {"dilatancy": -0.2}, {"cohesion": 0.05}], ids=str)
+def test_dilatancy_and_cohesion_are_proven(properties):
+    scene = with_joints(two_blocks(friction=0.3), **properties)
+    best, proof = found_from_above(scene)
+    assert best.exact
+    assert best.load_factor <= mo.solve(scene).required() * (1 + TOLERANCE)
+    assert check(assemble(scene).problem, proof).holds
+
+
+def test_ties_are_proven():
+    """A wall with a rod and props: the default and the search end in one state."""
+    scene = held("wall", 1_480_103, space=False)
+    best, proof = found_from_above(scene)
+    assert best.load_factor == pytest.approx(mo.solve(scene).required(), rel=TOLERANCE)
+    assert check(assemble(scene).problem, proof).holds
+
+
+def test_limited_strength_is_proven():
+    scene = with_joints(two_blocks(), strength=50.0)
+    best, proof = found_from_above(scene)
+    assert best.load_factor <= mo.solve(scene).required() * (1 + TOLERANCE)
+    assert check(assemble(scene).problem, proof).holds
+
+
+def test_components_that_carry_no_live_load_change_nothing():
+    scene = two_blocks()
+    far = mo.Block(name="far", vertices=[(20, 0), (21, 0), (21, 1), (20, 1)], weight=3)
+    ground = mo.Block(name="far ground", vertices=[(19, -1), (22, -1), (22, 0), (19, 0)], fixed=True)
+    best, _ = found_from_above(scene.replace(blocks=[*scene.blocks, far, ground]))
+    assert best.load_factor == pytest.approx(0.15, rel=1e-9)
+
+
+def test_scenes_in_space_are_refused_by_name():
+    search = prove_least(Task(assemble(corner_wall(2, 2, 2)).problem), None, SECONDS, 1.0)
+    assert search.proof is None
+    assert "space" in search.why
+
+
+def test_time_that_is_over_leaves_no_proof():
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    search = prove_least(Task(assemble(scene).problem), None, 1e-9, associative(scene))
+    assert search.proof is None
+    assert "did not end within" in search.why
+
+
+def test_a_number_of_programs_ends_a_search():
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    few = replace(SETTINGS, most_programs=50)
+    search = prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene), few)
+    assert search.proof is None
+    assert "50 linear programs" in search.why
+    assert 50 <= search.programs <= 50 + assemble(scene).problem.faces
+
+
+def test_joints_that_create_energy_are_refused_by_name():
+    problem = assemble(two_blocks()).problem
+    law = replace(problem.law, dilatancy=problem.friction + 0.1)
+    search = prove_least(Task(replace(problem, law=law)), None, SECONDS, 1.0)
+    assert search.proof is None
+    assert "create energy" in search.why
+
+
+def test_dilatancy_that_depends_on_stress_is_refused_by_name():
+    scene = with_joints(two_blocks(), dilatancy=0.1, dilatancy_stress=(0.1, 1.0))
+    search = prove_least(Task(assemble(scene).problem), None, SECONDS, 1.0)
+    assert search.proof is None
+    assert "depends on stress" in search.why
+
+
+def test_load_factors_of_zero_and_below_are_refused_by_name():
+    search = prove_least(Task(assemble(two_blocks()).problem), None, SECONDS, -0.5)
+    assert search.proof is None
+    assert "zero or less" in search.why
+    nothing = prove_least(Task(assemble(two_blocks()).problem), None, SECONDS)
+    assert "neither an exact state nor an upper bound" in nothing.why
+
+
+def test_an_interrupt_ends_the_search(monkeypatch):
+    scene = mo.load(FOLDER / "wall_13_joints.toml")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("masonry_opt.methods.bounds.search.ConflictSearch._refuted", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene))
+
+
+def test_the_search_lowers_a_known_state_and_proves_the_lower_one():
+    scene = mo.load(FOLDER / "wall_13_joints.toml")
+    high = mo.solve(scene, incremental=False, descent=False)
+    assert high.required() == pytest.approx(32.02475, rel=1e-5)
+    found = prove_least(Task(assemble(scene).problem), high.solution.answer, SECONDS)
+    assert found.proof is not None
+    assert found.best is not None
+    assert found.proof.load_factor == found.best.load_factor
+    assert found.best.load_factor == pytest.approx(LEAST["wall_13_joints"], rel=TOLERANCE)
+    assert found.programs > 0
+
+
+def test_a_scene_is_proven_for_users():
+    found = mo.prove_least(FOLDER / "wall_13_joints.toml")
+    assert found.load_factor == pytest.approx(LEAST["wall_13_joints"], rel=TOLERANCE)
+    assert found.proof is not None
+    assert "is the least, proven by" in str(found)
+    assert mo.check_proof(FOLDER / "wall_13_joints.toml", found.proof).holds
+    with pytest.raises(mo.OptionError, match="seconds must be a positive number"):
+        mo.prove_least(FOLDER / "wall_13_joints.toml", seconds=0)
+
+
+def test_users_read_why_there_is_no_proof(no_proof):
+    found = mo.prove_least(corner_wall(2, 2, 2))
+    assert found.proof is None
+    assert "not proven least: proofs are for scenes in the plane" in str(found)
+    late = mo.prove_least(FOLDER / "stones_14_joints.toml", seconds=1e-9)
+    assert late.proof is None
+    assert "did not end within" in str(late)
+
+
+@pytest.fixture(scope="module")
+def proven() -> tuple[Problem, Proof]:
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    return assemble(scene).problem, found_from_above(scene)[1]
+
+
+def first_of(proof: Proof, kind: type) -> int:
+    return next(index for index, one in enumerate(proof.conflicts) if isinstance(one, kind))
+
+
+def with_conflict(proof: Proof, kind: type, change: Callable[[Any], dict[str, Any]]) -> Proof:
+    """Return the proof with fields of its first conflict of a kind changed."""
+    index, conflicts = first_of(proof, kind), list(proof.conflicts)
+    conflicts[index] = replace(conflicts[index], **change(conflicts[index]))
+    return replace(proof, conflicts=tuple(conflicts))
+
+
+def bent(values: np.ndarray) -> np.ndarray:
+    """Return the values with the largest one changed by a millionth."""
+    changed = values.copy()
+    changed[np.abs(values).argmax()] *= 1 + 1e-6
+    return changed
+
+
+CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
+    "a higher bound": (lambda proof: replace(proof, bound=proof.bound * 1.01), "not between"),
+    "a higher bound and load factor": (
+        lambda proof: replace(proof, bound=proof.bound * 1.01, load_factor=proof.load_factor * 1.02),
+        "conflict no.",
+    ),
+    "a clause without one of its conditions": (
+        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"conditions": one.conditions[1:]}),
+        "wrong sign",
+    ),
+    "a kinematic clause without one of its conditions": (
+        lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
+        "outweighs",
+    ),
+    "a motion that is bent": (
+        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
+        "outweighs",
+    ),
+    "forces that are bent": (
+        lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
+        "outweighs",
+    ),
+    "multipliers turned around": (
+        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),
+        "conflict no.",
+    ),
+    "a lower load factor among the multipliers": (
+        lambda proof: with_conflict(
+            proof, KinematicConflict, lambda one: {"load_factor": 0.99 * one.weight * proof.bound}
+        ),
+        "contradict nothing",
+    ),
+    "a negative weight": (
+        lambda proof: with_conflict(proof, KinematicConflict, lambda _: {"weight": -1.0}),
+        "negative weight",
+    ),
+    "half of the conflicts": (
+        lambda proof: replace(proof, conflicts=proof.conflicts[::2]),
+        "satisfies all clauses",
+    ),
+    "more friction than is proven": (
+        lambda proof: replace(
+            proof,
+            energy_bounds=(replace(proof.energy_bounds[0], value=2 * proof.energy_bounds[0].value + 1),),
+        ),
+        "energy bound",
+    ),
+    "senses that are none": (
+        lambda proof: replace(proof, senses=np.array([[0, 1]])),
+        "not of one joint",
+    ),
+    "multipliers that are no numbers": (
+        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
+        "no numbers",
+    ),
+    "a condition that does not exist": (
+        lambda proof: with_conflict(proof, StaticConflict, lambda _: {"conditions": np.array([10**6])}),
+        "does not have",
+    ),
+}
+
+
+def test_the_proof_holds_before_it_is_corrupted(proven):
+    found = check(*proven)
+    assert found.faults == ()
+    assert found.reach >= 1e7
+    assert "proven" in str(found)
+
+
+@pytest.mark.parametrize("name", CORRUPTIONS)
+def test_a_corrupted_proof_is_refused(proven, name):
+    problem, proof = proven
+    corrupt, word = CORRUPTIONS[name]
+    found = check(problem, corrupt(proof))
+    assert not found.holds
+    assert word in found.faults[0]
+    assert "does NOT hold" in str(found)
+
+
+def test_a_proof_of_another_scene_is_refused(proven):
+    _, proof = proven
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    heavier = scene.replace(blocks={"b0": {"weight": 1.2}})
+    assert not check(assemble(heavier).problem, proof).holds
+    assert not check(assemble(two_blocks()).problem, proof).holds
+
+
+def test_a_file_holds_the_proof_digit_by_digit(proven, tmp_path):
+    problem, proof = proven
+    proof.save(tmp_path / "proof.json")
+    again = Proof.load(tmp_path / "proof.json")
+    assert again.to_json() == Proof.load(tmp_path / "proof.json").to_json()
+    assert check(problem, again).holds
+    assert len(again.conflicts) == len(proof.conflicts)
+    assert again.bound == proof.bound
+    table = json.loads((tmp_path / "proof.json").read_text())
+    (tmp_path / "other.json").write_text(json.dumps(table | {"format": 0}))
+    with pytest.raises(ValueError, match="not a proof of format"):
+        Proof.load(tmp_path / "other.json")
+
+
+@pytest.mark.parametrize(("courses", "least"), [(4, 0.479263), (6, 0.338028)])
+def test_running_bonds_are_proven_where_global_closes_under_assumed_rates(courses, least):
+    """Load factors that method "global" brackets, in benchmarks/README.md."""
+    best, proof = found_from_above(small_wall(courses, 1))
+    assert best.load_factor == pytest.approx(least, abs=1e-6)
+    assert proof.bound == pytest.approx(least, rel=2e-5)
+
+
+@pytest.mark.parametrize("case", ["gilbert/two_blocks.toml", "livesley/wedges.toml"])
+def test_method_global_proves_the_same_load_factors(case):
+    best, proof = found_from_above(mo.load(CASES / case))
+    bracket = mo.solve(CASES / case, "global")
+    assert bracket.status is mo.Status.OPTIMAL
+    assert best.load_factor == pytest.approx(bracket.required(), rel=TOLERANCE)
+    assert proof.bound == pytest.approx(bracket.bound, rel=2 * SETTINGS.gap)
+
+
+def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
+    """The exported text is read by the rules of DIMACS."""
+    _, proof = proven
+    lines = [line for line in proof.to_dimacs().splitlines() if not line.startswith("c")]
+    kind, form, variables, count = lines[0].split()
+    clauses = [[int(literal) for literal in line.split()] for line in lines[1:]]
+    assert (kind, form, int(variables), int(count)) == ("p", "cnf", proof.conditions, len(clauses))
+    assert all(clause[-1] == 0 and 0 not in clause[:-1] for clause in clauses)
+    with Minisat22(bootstrap_with=[clause[:-1] for clause in clauses]) as solver:
+        assert solver.solve() is False
+
+
+def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
+    """Each violated clause contradicts nothing at the load factor of the state.
+
+    The least state lies above the bound, so that it violates clauses.
+    """
+    problem, proof = proven
+    assert proof.bound < proof.load_factor
+    known = prove_least(Task(problem), None, SECONDS, 1.5 * proof.load_factor).best
+    assert known is not None
+    moving = problem.rates(known.d, problem.dilatancy) > 1e-9
+    violated = [
+        one
+        for one in proof.conflicts
+        if not any(moving[abs(literal) - 1] == (literal > 0) for literal in one.clause)
+    ]
+    assert violated
+    for one in violated:
+        if isinstance(one, StaticConflict):
+            # A negative gain contradicts no state.
+            gain = problem.dead @ one.d - problem.face_cohesion @ one.p
+            assert gain + min(0.0, known.load_factor * problem.live @ one.d) <= 1e-9
+        else:
+            assert one.load_factor <= one.weight * known.load_factor * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("wall", 1_590_068), ("wall", 1_590_072)])
+def test_no_proof_excludes_the_lowest_state_of_the_default(kind, seed):
+    scene = random_scene(kind, seed)
+    _, proof = found_from_above(scene)
+    assert proof.bound < mo.solve(scene).required()

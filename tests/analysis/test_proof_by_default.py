@@ -1,0 +1,143 @@
+"""The proof that no state is lower, as a step of the default and in turn with its search.
+
+Expected load factors are those of files whose comments say how they are known.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mappings import mapped, mirrored
+from scenes import solved, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.bounds.least import LeastProof
+from masonry_opt.methods.bounds.settings import BUDGET, SETTINGS, ProofBudget
+from masonry_opt.methods.coulomb import method, search
+from masonry_opt.methods.coulomb.steps import ExactFrom, Incremental, LeastProven
+from masonry_opt.methods.exact.search import Search
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import assemble
+
+FOLDER = Path(__file__).parent / "low_states"
+WALL, STONES = FOLDER / "wall_13_joints.toml", FOLDER / "stones_14_joints.toml"
+
+#: Least load factors, see the files.
+LEAST = {WALL: 16.4710309, STONES: 2.3410936}
+
+#: Relative tolerance of load factors: tolerances of the linear programs (1e-10) times their conditioning.
+TOLERANCE = 1e-6
+
+
+def assert_proven(result: mo.Result, least: float) -> None:
+    assert result.load_factor == pytest.approx(least, rel=TOLERANCE)
+    assert result.exact
+    assert result.range == (result.bound, result.load_factor)
+    assert result.bound == pytest.approx(least * (1 - SETTINGS.gap), rel=TOLERANCE)
+    assert "least, proven" in result.summary
+
+
+def in_order(path: Path, seed: int) -> mo.Scene:
+    """Return a scene with its blocks in a random order."""
+    scene = mo.load(path)
+    return mapped(scene, order=np.random.default_rng(seed).permutation(len(scene.blocks)))
+
+
+@pytest.mark.parametrize("path", LEAST, ids=lambda path: path.stem)
+@pytest.mark.parametrize("seed", range(2))
+def test_any_order_of_blocks_ends_at_the_least(path, seed):
+    assert_proven(mo.solve(in_order(path, seed), incremental=False), LEAST[path])
+
+
+@pytest.mark.parametrize("path", LEAST, ids=lambda path: path.stem)
+def test_a_mirror_image_ends_at_the_least(path):
+    image = mapped(mo.load(path), mirrored, mirrored)
+    result = mo.solve(image, incremental=False)
+    assert_proven(result, LEAST[path])
+    assert mo.check_proof(image, result.proof).holds
+
+
+def test_blocks_with_other_names_end_at_the_least(tmp_path):
+    text = STONES.read_text()
+    for number in range(8):
+        text = text.replace(f'"b{number}"', f'"stone {7 - number}"')
+    renamed = tmp_path / "renamed.toml"
+    renamed.write_text(text)
+    assert_proven(mo.solve(renamed, incremental=False), LEAST[STONES])
+
+
+def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
+    """Without further starts the wall ends at 32.025."""
+    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven()))
+    result = mo.solve(WALL, incremental=False)
+    before, after = result.solution.log[-2:]
+    assert before.load_factor == pytest.approx(32.02475, rel=1e-5)
+    assert after.load_factor == result.load_factor
+    assert after.exact_states == before.exact_states + 1
+    assert_proven(result, LEAST[WALL])
+
+
+def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
+    scarce = LeastProven(replace(BUDGET, programs=20))
+    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), scarce))
+    result = mo.solve(STONES, incremental=False)
+    assert result.bound is None
+    assert "lowest found" in result.summary
+    assert not result.solution.has(Code.PROVEN)
+    assert "not proven by" in result.solution.log[-1].note
+
+
+def test_larger_scenes_have_a_share_of_the_programs_before():
+    problem = assemble(mo.load(STONES)).problem
+    budget = ProofBudget(few_joints=problem.joints, programs=700, share=0.5)
+    assert budget.programs_for(problem, 1000) == 700
+    assert replace(budget, few_joints=problem.joints - 1).programs_for(problem, 1000) == 500
+    assert budget.covers(problem)
+    assert not replace(budget, most_joints=problem.joints - 1).covers(problem)
+    assert not budget.covers(replace(problem, settled=np.zeros(problem.B.shape[1])))
+
+
+def test_a_search_takes_turns_with_the_proof(monkeypatch):
+    """The search, which would go on for ten minutes, ends as soon as the least load factor is proven."""
+    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
+    monkeypatch.setattr(search, "BUDGET", replace(BUDGET, first_turn=100))
+    result = mo.solve(STONES, incremental=False, search=600.0)
+    assert_proven(result, LEAST[STONES])
+    assert sum(result.seconds.values()) < 60
+
+
+def test_a_search_goes_on_from_a_state_of_the_proof(monkeypatch):
+    """All starts are the first one again, which ends at 32.025."""
+
+    def first_again(starts, best, _):
+        while True:
+            yield "again", starts.start(best.q)
+
+    monkeypatch.setattr(Search, "endless", first_again)
+    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
+    monkeypatch.setattr(search, "BUDGET", replace(BUDGET, first_turn=50))
+    result = mo.solve(WALL, incremental=False, search=600.0)
+    assert set(result.history["origin"]) == {"start", "proof"}
+    assert_proven(result, LEAST[WALL])
+
+
+def test_a_search_after_a_proof_ends_at_once():
+    result = mo.solve(two_blocks(), incremental=False, search=600.0)
+    assert_proven(result, 0.15)
+    assert len(result.history) == 1
+
+
+def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
+    """Turns of 100 programs prove in at most twice the programs of a single run."""
+    problem, known = assemble(mo.load(STONES)).problem, solved(STONES).solution.answer
+    at_once, in_turns = (LeastProof(Task(problem), known, None) for _ in range(2))
+    assert at_once.run(60.0, 100_000)
+    turns = 1
+    while not in_turns.run(60.0, 100):
+        turns += 1
+    assert turns > 2
+    assert in_turns.proof is not None
+    assert in_turns.programs <= 2 * at_once.programs
+    assert mo.check_proof(STONES, in_turns.proof).holds
