@@ -388,11 +388,14 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
     reason is added if all joints follow associative flow, because all exact states then have one load factor.
-    No reason is added after a search, whose own reason states the number of starts.
+    No reason is added after a proof that no state is lower, and after a search, whose own reason states the
+    number of starts.
     """
     starts = solution.starts
     lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative
-    if starts is None or starts >= FEW_STARTS or solution.has(Code.SEARCHED):
+    if starts is None or starts >= FEW_STARTS:
+        return solution
+    if solution.proof is not None or solution.has(Code.SEARCHED):
         return solution
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution

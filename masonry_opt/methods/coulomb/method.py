@@ -25,8 +25,9 @@ STEPS: tuple[Step, ...] = (
     Incremental(),
     ExactFrom("incremental"),
     ExactFrom("associative"),
+    LeastProven(few_joints=True),
     FurtherStarts(),
-    LeastProven(),
+    LeastProven(few_joints=False),
     Loop(),
 )
 

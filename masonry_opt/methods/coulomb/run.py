@@ -11,6 +11,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.load_history import LoadHistory
+from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
@@ -73,6 +74,19 @@ class CoulombRun:
         if self.answer is not None:
             return self.answer.load_factor
         return None if self.incremental is None else self.incremental.incremental_value
+
+    @property
+    def is_least(self) -> bool:
+        """True if it is proven that no exact state has a lower load factor above zero.
+
+        With associative flow at all joints, all exact states have one load factor.
+        """
+        answer = self.answer
+        if answer is None or not answer.exact:
+            return False
+        if self.proof is not None or np.array_equal(self.problem.dilatancy, self.problem.friction):
+            return True
+        return is_only_load_factor(self.problem, answer.load_factor)
 
     @property
     def exact_states(self) -> int:

@@ -128,8 +128,8 @@ class FurtherStarts:
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the user asks for lower states, and the scene is small or in space."""
-        if run.incremental is None or not run.seeks_lower:
+        """Return True if lower states are wanted and may exist, and the scene is small or in space."""
+        if run.incremental is None or not run.seeks_lower or run.is_least:
             return False
         return run.problem.layout.round or run.problem.joints <= self.settings.small
 
@@ -147,16 +147,20 @@ class FurtherStarts:
 class LeastProven:
     """Prove on small scenes in the plane that no state is lower, or find a lower state.
 
-    The search ends after a number of linear programs: after one that suffices for most scenes of few joints,
-    and on larger scenes after a share of the programs that the method has solved before.
+    On scenes of few joints the proof comes before the further starts, which it makes needless. Its budget of
+    linear programs suffices for most of these scenes. On larger scenes the proof follows the further starts,
+    and its budget is a share of the programs that were solved before.
     """
 
+    few_joints: bool
     budget: ProofBudget = BUDGET
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted, and the scene is one for which a proof is tried."""
-        return run.incremental is not None and run.seeks_lower and self.budget.covers(run.problem)
+        """Return True if lower states are wanted, and the scene is one of this step's size."""
+        if run.incremental is None or not run.seeks_lower or not self.budget.covers(run.problem):
+            return False
+        return self.few_joints == (run.problem.joints <= self.budget.few_joints)
 
     def run(self, run: CoulombRun) -> None:
         """Search for lower states until it is proven that none exists, or until the budget is spent."""
