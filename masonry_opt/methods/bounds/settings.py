@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import CLOSED
 from masonry_opt.problem.problem import Problem
 
 
@@ -12,9 +11,9 @@ from masonry_opt.problem.problem import Problem
 class ProofSettings:
     """Settings of the search for conflicts. None of them decides whether a conflict is valid."""
 
-    #: Relative gap between the best load factor known and the bound. A smaller gap leaves conflicts whose
-    #: energy is nearer to the rounding errors of their multipliers.
-    gap: float = CLOSED
+    #: Gap between the best load factor known and the bound, relative to the load factor. With a smaller gap
+    #: the energies of conflicts come nearer to the rounding errors of their multipliers.
+    gap: float = 5e-7
 
     #: Slack, or rate, up to which a condition counts as at yield, or at rest, without a new linear program. A
     #: larger value saves programs and leaves more assignments to be refuted later.
