@@ -70,7 +70,9 @@ def test_blocks_with_other_names_end_at_the_least(tmp_path):
 
 def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
     """Without further starts the wall ends at 32.025."""
-    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven()))
+    monkeypatch.setattr(
+        method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven(few_joints=True))
+    )
     result = mo.solve(WALL, incremental=False)
     before, after = result.solution.log[-2:]
     assert before.load_factor == pytest.approx(32.02475, rel=1e-5)
@@ -80,7 +82,7 @@ def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
 
 
 def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
-    scarce = LeastProven(replace(BUDGET, programs=20))
+    scarce = LeastProven(few_joints=True, budget=replace(BUDGET, programs=20))
     monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), scarce))
     result = mo.solve(STONES, incremental=False)
     assert result.bound is None

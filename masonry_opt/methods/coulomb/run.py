@@ -76,15 +76,15 @@ class CoulombRun:
         return None if self.incremental is None else self.incremental.incremental_value
 
     @property
-    def is_least(self) -> bool:
-        """True if it is proven that no exact state has a lower load factor above zero.
+    def is_only_state(self) -> bool:
+        """True if all exact states have the load factor of the answer, so that further starts are useless.
 
-        With associative flow at all joints, all exact states have one load factor.
+        The reason is either that equilibrium fixes all forces, or that all joints follow associative flow.
         """
         answer = self.answer
         if answer is None or not answer.exact:
             return False
-        if self.proof is not None or np.array_equal(self.problem.dilatancy, self.problem.friction):
+        if np.array_equal(self.problem.dilatancy, self.problem.friction):
             return True
         return is_only_load_factor(self.problem, answer.load_factor)
 
@@ -168,10 +168,10 @@ class LowestState:
         if self._problem.layout.round:
             self.met.count(found if found is not None and found.exact else exact)
 
-    def look_further_in_the_plane(self) -> None:
-        """Look for lower states until many starts in a row have found none."""
+    def look_further_in_the_plane(self, starts: int) -> None:
+        """Look for lower states until so many starts in a row have found none."""
         assert self._search is not None
-        for state in self._search.until_in_vain(self._lowest):
+        for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
 
     def look_further_in_space(self, settings: SearchSettings, history: LoadHistory | None) -> None:

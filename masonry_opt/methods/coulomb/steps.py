@@ -129,7 +129,7 @@ class FurtherStarts:
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower states are wanted and may exist, and the scene is small or in space."""
-        if run.incremental is None or not run.seeks_lower or run.is_least:
+        if run.incremental is None or not run.seeks_lower or run.is_only_state:
             return False
         return run.problem.layout.round or run.problem.joints <= self.settings.small
 
@@ -140,16 +140,18 @@ class FurtherStarts:
         if run.problem.layout.round:
             run.states.look_further_in_space(self.settings, run.incremental.load_history)
         else:
-            run.states.look_further_in_the_plane()
+            proven = run.proof is not None
+            starts = self.settings.starts_after_proof if proven else self.settings.starts_in_vain
+            run.states.look_further_in_the_plane(starts)
 
 
 @dataclass(frozen=True)
 class LeastProven:
     """Prove on small scenes in the plane that no state is lower, or find a lower state.
 
-    On scenes of few joints the proof comes before the further starts, which it makes needless. Its budget of
-    linear programs suffices for most of these scenes. On larger scenes the proof follows the further starts,
-    and its budget is a share of the programs that were solved before.
+    On scenes of few joints the proof comes before the further starts, of which fewer are then needed. Its
+    budget of linear programs suffices for most of these scenes. On larger scenes the proof follows the
+    further starts, and its budget is a share of the programs that were solved before.
     """
 
     few_joints: bool

@@ -110,14 +110,14 @@ class Search:
         self.met.count(state)
         return state
 
-    def until_in_vain(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """Yield the states of further starts until several starts in a row have found no lower state."""
+    def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
+        """Yield the states of further starts until so many starts in a row have found no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
             before, lowest = lowest, lower_of(lowest, state)
             in_vain = 0 if lowest is not before else in_vain + 1
-            if in_vain >= self._settings.starts_in_vain:
+            if in_vain >= starts:
                 return
 
     def fixed_number(

@@ -22,6 +22,10 @@ class SearchSettings:
     #: small scene in the plane. More starts take proportionally longer and find rarer states.
     starts_in_vain: int = 100
 
+    #: The same number if it is proven that no state between zero and the answer exists. These starts look for
+    #: states below zero, which the proof does not cover. More starts take proportionally longer.
+    starts_after_proof: int = 20
+
     #: In space: load steps whose forces are the first additional starts of the default method, as shares of
     #: the number of steps. Forces of earlier steps lead to states other than the collapse state of the load
     #: history.
