@@ -42,7 +42,7 @@ _LEAST_SPEED = 1e-7
 #: scene.
 _PROBE_STEP = 1e-5
 #: Largest number of states of a path; a longer path ends with the reason "still carries".
-_MOST_STEPS = 2000
+_MOST_PATH_STATES = 2000
 #: Largest number of consecutive events in one position; after more events the mechanism counts as locked.
 _MOST_EVENTS = 20
 #: Ratio to the largest singular value below which a singular value is zero. Joints that share a hinge make
@@ -303,7 +303,7 @@ class HingingPath:
 
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
         """Append a state to the path; end the path if it has too many states."""
-        if len(self.steps) >= _MOST_STEPS:
+        if len(self.steps) >= _MOST_PATH_STATES:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 

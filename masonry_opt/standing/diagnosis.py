@@ -17,7 +17,7 @@ from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
+from masonry_opt.answer.thresholds import DRIVES, LISTED_JOINT_SHARE, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import Senses
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
@@ -210,7 +210,7 @@ def locking_joints(
     else:
         return none
     order = np.argsort(-amount, kind="stable")
-    return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
+    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVES)]
 
 
 def _carrying_live_load(

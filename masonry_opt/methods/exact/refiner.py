@@ -34,7 +34,7 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
+_REFINEMENT_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
 
 
 @dataclass(frozen=True)
@@ -138,9 +138,9 @@ class Refiner(StateFinder):
         self._settings = settings
         forces, motion = programs(problem)
         smallest = settings.smallest_entry
-        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest)
+        self._statics = HighsSession(forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=smallest)
         self.size = forces.size
-        self._kinematics = HighsSession(motion, effort, _PURPOSE)
+        self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
 
     def mechanism(

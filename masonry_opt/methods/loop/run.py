@@ -51,9 +51,9 @@ _STEADY = 0.05
 
 #: Shares of the largest rate above which a face counts as moving. The first share exceeds the rates that
 #: solvers return for zero. The second share is tried if the first leads to no exact state, as in some cycles.
-_SHARES = (1e-6, 1e-4)
+_MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
+_EXACT_END_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
 
 
 @dataclass(frozen=True)
@@ -296,10 +296,10 @@ def accurate_end(
     together.
     """
     scaled = in_units_of_live_load(problem)
-    for share in _SHARES:
+    for share in _MOVING_RATE_SHARES:
         at_yield = state.p > share * state.p.max()
         model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
-        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+        if has_optimum(model.program, in_cvxpy(solver), effort, _EXACT_END_PURPOSE):
             load_factor, q = model.statics.forces()
             end = _belonging(problem, scaled.load_factor * load_factor, q, state.d)
             if end:
@@ -317,7 +317,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
-    programs = ExactPrograms(scaled, [solver], effort, _PURPOSE, nearly=False)
+    programs = ExactPrograms(scaled, [solver], effort, _EXACT_END_PURPOSE, nearly=False)
     forces = programs.forces(state.p)
     if forces is None:
         return None

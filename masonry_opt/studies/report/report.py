@@ -23,7 +23,7 @@ from masonry_opt.drawing.elements import counts, title_of
 from masonry_opt.drawing.figure import Picture, is_page
 from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import movable_box
-from masonry_opt.drawing.page import MOST_BLOCKS
+from masonry_opt.drawing.page import MOST_BLOCKS_DRAWN
 from masonry_opt.drawing.pictures import result_picture, scene_picture
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import refuse_unwritable, write_whole
@@ -39,7 +39,7 @@ from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 from masonry_opt.words.load_factors import certainty, known_least, named_factor
-from masonry_opt.words.page import RESIDUALS
+from masonry_opt.words.page import RESIDUAL_MEANINGS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
 
@@ -47,7 +47,7 @@ Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a re
 _MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
-_MOST_LINES = 600  #: Largest number of lines up to which a case file is printed.
+_MOST_CASE_FILE_LINES = 600  #: Largest number of lines up to which a case file is printed.
 #: Attributes of a scene with lists of records, by the heading of their table in the report.
 _RECORDS = {
     "Joints that differ": "exceptions",
@@ -300,10 +300,10 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         title=title_of(scene.with_load_case(None)),
         day=date.today().isoformat(),
         versions=versions(),
-        drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
+        drawn_as="png" if len(scene.blocks) > MOST_BLOCKS_DRAWN else "svg",
         angle=lambda tangent: np.degrees(np.arctan(tangent)),
-        residuals=table(["answer", *RESIDUALS], residuals),
-        meaning=RESIDUALS,
+        residuals=table(["answer", *RESIDUAL_MEANINGS], residuals),
+        meaning=RESIDUAL_MEANINGS,
         stands=certified,
         unproven={name: certainty(result) for name, result in factors.items() if not proven[name]},
         solved={result.load_case for result in results.values()} | crossed,
@@ -392,7 +392,7 @@ def _case_text(scene: Scene) -> str:
     while text != previous:
         previous = text
         text = _LIST.sub(lambda match: f"[{' '.join(match[1].split())}]", text)
-    return text if text.count("\n") <= _MOST_LINES else ""
+    return text if text.count("\n") <= _MOST_CASE_FILE_LINES else ""
 
 
 def _of_result(result: Result) -> dict[str, dict[str, Any]]:

@@ -23,7 +23,7 @@ from masonry_opt.answer.answer import (
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.drawing.elements import KINDS
+from masonry_opt.drawing.elements import PICTURE_KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import in_units_of_load
@@ -224,6 +224,6 @@ def test_every_status_can_be_drawn(status, moves):
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
     # Of an answer, and of what falls, in every kind.
-    for kind in KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else KINDS[:1]:
+    for kind in PICTURE_KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else PICTURE_KINDS[:1]:
         title = result.plot(kind).axes[0].get_title()
         assert (f"no load factor ({status})" in title) != status.usable
