@@ -104,7 +104,7 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Found:
+class FinalState:
     """Joint forces and block velocities at the end of a method; each is None if it is not known."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
@@ -115,7 +115,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Answer(Found):
+class Answer(FinalState):
     """Load factor with joint forces, mechanism and the residuals of all conditions.
 
     Only :func:`certified` makes answers, so that each state has one certificate.

@@ -19,7 +19,7 @@ from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
-from masonry_opt.finite_motion.path import HingingPath, Step
+from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
@@ -166,7 +166,7 @@ class Capacity:
 
     result: Result
     end: Reason
-    steps: tuple[Step, ...] = field(repr=False)
+    steps: tuple[PathState, ...] = field(repr=False)
     motion: np.ndarray = field(repr=False)
     dead: Forces = field(repr=False)
     live: Forces = field(repr=False)

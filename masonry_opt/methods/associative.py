@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Answer, FinalState, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
@@ -55,7 +55,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         from masonry_opt.standing.diagnosis import no_optimum
 
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
-        return replace(solution, status=status, reasons=(why,), found=Found(forms=problem.forms))
+        return replace(solution, status=status, reasons=(why,), found=FinalState(forms=problem.forms))
     reasons = (reason(Code.STOPPED_SHORT, word=word),) if answer.solved.failed else ()
     return replace(solution, reasons=reasons, found=state)
 

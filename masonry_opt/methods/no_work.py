@@ -32,7 +32,7 @@ from masonry_opt.methods.associative import associative
 from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, in_units_of_load
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
 #: Work of the live load, and energy z·p, that count as zero, relative to the work of the dead load. Sliding
@@ -103,7 +103,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=Kept(), incremental=None)).accepted()
+        solution = run(replace(task, problem=moved, kept=ProgramCache(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None

@@ -20,7 +20,7 @@ _CHORDS_PER_SIDE = 12
 _LOW_KNOTS = 4
 
 
-class Chords(NamedTuple):
+class ChordCoefficients(NamedTuple):
     """Lines m ≤ L/2 (slope · n + constant · f_c L) that bound the moment of a joint of limited strength.
 
     The lines, shape (chords,) each, form a polygon inside the parabola |m| ≤ n (L/2 − n / (2 f_c)), so that
@@ -49,7 +49,7 @@ _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
 #: The chords between neighbouring knots.
-CHORDS = Chords(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
+CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
 #: Largest relative error of the moment by chords instead of the parabola. The chords next to the vertex reach
 #: this error.

@@ -60,7 +60,7 @@ class ExactState:
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
-class OutOfTime(Exception):
+class RefinerTimeout(Exception):
     """Error: the deadline of the search for exact states has passed."""
 
 
@@ -106,7 +106,7 @@ class StateFinder(ABC):
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise OutOfTime
+        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise RefinerTimeout
         #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
         #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
         #: not count such programs.
@@ -123,9 +123,9 @@ class StateFinder(ABC):
         return max(self.deadline - time.perf_counter(), 0.0)
 
     def check_time(self) -> None:
-        """Raise OutOfTime if the deadline has passed."""
+        """Raise RefinerTimeout if the deadline has passed."""
         if time.perf_counter() >= self.deadline:
-            raise OutOfTime
+            raise RefinerTimeout
 
 
 class Refiner(StateFinder):
@@ -246,7 +246,7 @@ class Refiner(StateFinder):
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
-        """Return True if the program has an optimum. Raises OutOfTime if the deadline passes."""
+        """Return True if the program has an optimum. Raises RefinerTimeout if the deadline passes."""
         self.check_time()
         verdict = session.solve(
             min(self.seconds_left, self._settings.seconds_per_joint * self.problem.joints)

@@ -25,7 +25,7 @@ from masonry_opt.problem.problem import Problem
 Candidate = tuple[str, ExactState | None]
 
 
-class Met:
+class StateRecord:
     """Record of the starts of a search and of the exact states found from them."""
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class Search:
         self,
         finder: StateFinder,
         analysis: IncrementalAnalysis,
-        met: Met,
+        met: StateRecord,
         settings: SearchSettings = SEARCH,
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met

@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Answer, FinalState, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
@@ -137,7 +137,7 @@ class Run:
             state = last.state
             self.states.append(state)
             self.load_factors.append(state.load_factor)
-            found = Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
+            found = FinalState(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
             history = (*self.ending.history, replace(entry, solved=None))
             associative = self.load_factors[0] + 0.0 if self.first_is_associative else None
             self.ending = replace(self.ending, found=found, history=history, associative=associative)
@@ -151,7 +151,7 @@ class Run:
 
     def _without_optimum(self, last: Solved) -> Solution:
         """Return the solution of a run whose last sub-problem has no optimum."""
-        number, none = len(self.load_factors) + 1, replace(self.ending, found=Found())
+        number, none = len(self.load_factors) + 1, replace(self.ending, found=FinalState())
         if number == 1 or last.failed:
             return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.status)
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)

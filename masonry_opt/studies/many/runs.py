@@ -27,7 +27,7 @@ from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
     Row,
@@ -139,7 +139,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     """
     if getattr(_thread_cache, "how", None) != how:
         _thread_cache.how = how
-        _thread_cache.session = Session(pickle.loads(how), Kept(keeps=True))
+        _thread_cache.session = Session(pickle.loads(how), ProgramCache(keeps=True))
     session: Session = _thread_cache.session
     result = session.solve(scene)
     entries = columns(result) | recorded_warnings(result.warnings)

@@ -1,6 +1,6 @@
 """Function ``report``: answers on one page that prints completely, with inputs, checks and what was left out.
 
-Each kind of answer becomes a ``Part`` of the page; the template ``report.html`` arranges the parts.
+Each kind of answer becomes a ``ReportPart`` of the page; the template ``report.html`` arranges the parts.
 """
 
 import re
@@ -66,7 +66,7 @@ _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class ReportPart:
     """Part of a report, about one answer."""
 
     heading: str  #: heading of the part in the report
@@ -125,7 +125,7 @@ def report(
     write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
 
 
-def _with_distinct_headings(parts: Sequence[Part]) -> list[Part]:
+def _with_distinct_headings(parts: Sequence[ReportPart]) -> list[ReportPart]:
     """Return the parts of a report with numbers added to headings that occur more than once."""
     headings, numbered = [part.heading for part in parts], []
     for count, part in enumerate(parts, start=1):
@@ -158,7 +158,7 @@ def _units(units: str | None) -> dict[str, str]:
 
 
 @singledispatch
-def _part(answer: object) -> Part:
+def _part(answer: object) -> ReportPart:
     """Return the part of a report about an answer.
 
     Raises OptionError if the argument is not an answer.
@@ -168,13 +168,15 @@ def _part(answer: object) -> Part:
 
 
 @_part.register
-def _(answer: Result) -> Part:
+def _(answer: Result) -> ReportPart:
     heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
-    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results)
+    return ReportPart(
+        heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results
+    )
 
 
 @_part.register
-def _(answer: Crossing) -> Part:
+def _(answer: Crossing) -> ReportPart:
     worst, least = answer.worst, answer.least
     left_open = [
         f"Load case '{name}': axles did not cross in it, and it has no answer." for name in answer.not_crossed
@@ -190,7 +192,7 @@ def _(answer: Crossing) -> Part:
     if answer.bound is None:
         between = f"λ may be less between the solved positions ({facts['solved']})."
         left_open = [between, *left_open]
-    return Part(
+    return ReportPart(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
         says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
         assembly=least.passage.assembly,
@@ -207,12 +209,12 @@ def _(answer: Crossing) -> Part:
 
 
 @_part.register
-def _(answer: Cases) -> Part:
+def _(answer: Cases) -> ReportPart:
     drawn, kind, are_earthquakes = answer.to_draw, answer.what, isinstance(answer, Directions)
     certainties = [certainty(result) or result.message for result in answer.results.values()]
     rows = answer.table.assign(sure=certainties).drop(columns="exact")
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
-    return Part(
+    return ReportPart(
         heading=_of_case("Earthquakes", drawn) if are_earthquakes else "Load cases",
         says=f"{named_factor(drawn)}: {governs} of {counted(len(answer.results), kind)}",
         assembly=drawn.assembly,
@@ -226,7 +228,7 @@ def _(answer: Cases) -> Part:
 
 
 @_part.register
-def _(answer: Settlement) -> Part:
+def _(answer: Settlement) -> ReportPart:
     facts = answer.facts()
     reactions = [f"{end} reaction {facts[end].splitlines()[0].partition(';')[0]}" for end in answer.ends]
     results = {
@@ -234,7 +236,7 @@ def _(answer: Settlement) -> Part:
         for name, end in answer.ends.items()
         for kind, result in end.results.items()
     }
-    return Part(
+    return ReportPart(
         heading=f"Settlement, {facts['settles']}",
         says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
@@ -248,8 +250,8 @@ def _(answer: Settlement) -> Part:
 
 
 @_part.register
-def _(answer: Capacity) -> Part:
-    return Part(
+def _(answer: Capacity) -> ReportPart:
+    return ReportPart(
         heading=_of_case("After the onset", answer.result),
         says=f"{named_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
@@ -267,7 +269,7 @@ def _of_case(heading: str, result: Result) -> str:
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
 
 
-def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
+def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
     """Return the page of a report as HTML."""
     assembly = parts[0].assembly
     scene, problem = assembly.scene, assembly.problem

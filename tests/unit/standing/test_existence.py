@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import PROOF, Kind
 from masonry_opt.answer.answer import (
     Existence,
-    Found,
+    FinalState,
     InfeasibilityCertificate,
     certified,
     kinematic_residual,
@@ -219,7 +219,7 @@ def test_every_status_can_be_drawn(status, moves):
     assembly = assemble(slot(2))
     problem = assembly.problem
     q, d = np.ones(3 * problem.joints), np.linspace(-1, 1, 3 * problem.blocks)
-    found = Found(q=q, d=d) if moves else Found()
+    found = FinalState(q=q, d=d) if moves else FinalState()
     found = certified(problem, 0.5, q, d) if status.usable else found
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
