@@ -11,7 +11,7 @@ from masonry_opt.answer.answer import Answer, FinalState, InfeasibilityCertifica
 from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
@@ -71,8 +71,15 @@ class Solution:
     #: Solver of the method that computed the solution; another method may have called that method.
     solver: Solver | None = None
 
-    q = Of[np.ndarray | None]("found")
-    d = Of[np.ndarray | None]("found")
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces at the end of the method, shape (3c,); None if unknown."""
+        return self.found.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities at the end of the method, shape (3b,); None if unknown."""
+        return self.found.d
 
     @property
     def answer(self) -> Answer | None:

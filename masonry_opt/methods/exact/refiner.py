@@ -27,7 +27,7 @@ from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
@@ -52,7 +52,10 @@ class ExactState:
     #: Negative λ of a lower state to which this state leads; infinite without such a state.
     below: float = inf
 
-    exact = Of[bool]("answer")
+    @property
+    def exact(self) -> bool:
+        """True if all residuals are within the limits of exact answers."""
+        return self.answer.exact
 
     @cached_property
     def answer(self) -> Answer:
