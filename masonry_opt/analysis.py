@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind
-from masonry_opt.answer.answer import Found
+from masonry_opt.answer.answer import FinalState
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
@@ -28,7 +28,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
@@ -67,7 +67,7 @@ class Session:
     #: Compiled programs for scenes that differ only in joint properties, and matrices for scenes that differ
     #: only in loads, if the session keeps any. Answers do not depend on earlier scenes. Forces of an earlier
     #: scene may show that a scene is stable.
-    kept: Kept = field(default_factory=Kept)
+    kept: ProgramCache = field(default_factory=ProgramCache)
     _last: Assembly | None = None
 
     @property
@@ -127,7 +127,7 @@ class Session:
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
         # The forces and velocities belong to no answer and are removed.
-        return replace(solution, found=Found(forms=solution.found.forms))
+        return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_dead_load(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
@@ -153,7 +153,7 @@ class Session:
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
             remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
-        found = Found(d=falling, forms=problem.by_cone.forms)
+        found = FinalState(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *remedies))
 
     @property
@@ -366,7 +366,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     # It is proven that no collapse exists: the incremental load factor is that of contacts that lock later.
     incremental = replace(
         incremental,
-        found=Found(),
+        found=FinalState(),
         status=solution.status,
         reasons=solution.reasons,
         followed_to_end=False,
@@ -494,4 +494,6 @@ def prepare(
     Raises OptionError if the method, the model, the solver or an option is unknown or not available.
     """
     engine = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
-    return Session(HowToSolve(method, **engine, incremental=incremental, options=options), Kept(keeps))
+    return Session(
+        HowToSolve(method, **engine, incremental=incremental, options=options), ProgramCache(keeps)
+    )

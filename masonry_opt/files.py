@@ -57,7 +57,7 @@ RECORD = ".masonry_opt.json"
 
 #: Number of bytes at the start and at the end of a file that are searched for its mark. Only PDF files have
 #: the mark at the end.
-_ENDS = 1 << 16
+_SEARCHED_BYTES = 1 << 16
 
 
 def image_source(content: bytes | str, kind: str) -> str:
@@ -204,10 +204,10 @@ def _is_replaceable(path: Path) -> bool:
     mark = _MARKS.get(marked.suffix.lower())
     try:
         with marked.open("rb") as stream:
-            data = stream.read(_ENDS)
+            data = stream.read(_SEARCHED_BYTES)
             size = marked.stat().st_size
-            if size > _ENDS:
-                stream.seek(max(_ENDS, size - _ENDS))
+            if size > _SEARCHED_BYTES:
+                stream.seek(max(_SEARCHED_BYTES, size - _SEARCHED_BYTES))
                 data += stream.read()
     except OSError:
         return False

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -29,7 +29,7 @@ class Senses(NamedTuple):
     inside: bool
 
 
-class ConeStatics(Statics):
+class ConeStatics(CvxpyStatics):
     """Contact forces q in equilibrium, eq. (1), and inside the friction cones.
 
     At each contact point
@@ -54,7 +54,7 @@ class ConeStatics(Statics):
         return self._problem.rates(d, slope)
 
 
-class ConeMechanism(Mechanism):
+class ConeMechanism(CvxpyMechanism):
     """Mechanism with friction cones: velocities d, openings u ≥ 0, slips w, slip speeds γ and rates v ≥ 0.
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|

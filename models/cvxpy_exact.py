@@ -10,7 +10,7 @@ from dataclasses import replace
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
@@ -30,7 +30,7 @@ class CvxpyForces:
         within: tuple[float, float] | None = None,
     ) -> None:
         load_factor = cp.Variable(bounds=list(within), name="load_factor") if within else None
-        statics = self.statics = Statics(problem, ShearLimits.true(problem), load_factor)
+        statics = self.statics = CvxpyStatics(problem, ShearLimits.true(problem), load_factor)
         self.within_yield = cp.multiply(1 / problem.steep, statics.slacks) >= 0
         a, b = costs or (0.0, np.zeros(problem.B.shape[1]))
         cost = b @ statics.q + a * statics.load_factor
@@ -54,7 +54,7 @@ class CvxpyMotion:
         slope: np.ndarray | None = None,
         raising: float | None = None,
     ) -> None:
-        mechanism = self.mechanism = Mechanism(problem, problem.dilatancy if slope is None else slope)
+        mechanism = self.mechanism = CvxpyMechanism(problem, problem.dilatancy if slope is None else slope)
         rows = [mechanism.compatibility, mechanism.live_work]
         if raising is not None:
             rows.append(-problem.dead @ mechanism.d <= raising)
@@ -73,7 +73,7 @@ class CvxpyDrivenMotion:
     """
 
     def __init__(self, problem: Problem, energy: np.ndarray, highest: float) -> None:
-        mechanism = self.mechanism = Mechanism(problem, problem.dilatancy)
+        mechanism = self.mechanism = CvxpyMechanism(problem, problem.dilatancy)
         self.balance = energy @ mechanism.p - problem.dead @ mechanism.d <= highest * problem.live_norm
         rows = [mechanism.compatibility, mechanism.live_work, self.balance]
         self.program = cp.Problem(cp.Minimize(0), rows)
@@ -89,7 +89,7 @@ class CvxpyAtYield:
     """
 
     def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
-        self.statics = Statics(problem, ShearLimits.true(problem))
+        self.statics = CvxpyStatics(problem, ShearLimits.true(problem))
         z = self.statics.slacks
         rows = [self.statics.equilibrium, z[at_yield] == 0, z[~at_yield] >= 0]
         self.program = cp.Problem(cp.Minimize(cp.abs(self.statics.load_factor - near)), rows)
@@ -108,7 +108,7 @@ class CvxpyNoMotion:
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         alone = replace(problem.recession_cone, dead=problem.live)
-        statics = Statics(alone, ShearLimits(slope, np.zeros_like(slope)), load_factor=cp.Constant(0.0))
+        statics = CvxpyStatics(alone, ShearLimits(slope, np.zeros_like(slope)), load_factor=cp.Constant(0.0))
         self.q, self.v = statics.q, cp.Variable(problem.faces, nonneg=True, name="v")
         rows = [statics.equilibrium, statics.slacks + self.v >= 0]
         self.program = cp.Problem(cp.Minimize(cp.sum(self.v)), rows)

@@ -3,7 +3,7 @@
 import cvxpy as cp
 
 from masonry_opt.models.cvxpy_cone import ConeMechanism
-from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters
+from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -19,8 +19,8 @@ class CvxpyKinematic:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.limits = ShearParameters(limits)
-        terms = ConeMechanism if problem.by_friction.conic else Mechanism
+        self.limits = CvxpyShearParameters(limits)
+        terms = ConeMechanism if problem.by_friction.conic else CvxpyMechanism
         mechanism = self.mechanism = terms(problem, self.limits.slope)
         self.compatibility = mechanism.compatibility
         work = -mechanism.power(self.limits.cohesion)

@@ -4,7 +4,7 @@ import cvxpy as cp
 import numpy as np
 
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
-from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
+from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -50,8 +50,8 @@ class CvxpyParabolaStatic(_Sized):
         joints = problem.crushing
         straight = self._straight = np.ones(problem.faces, dtype=bool)
         straight[problem.bent] = straight[problem.table.turning] = False
-        self.limits = ShearParameters(limits)
-        statics = self.statics = Statics(problem, self.limits)
+        self.limits = CvxpyShearParameters(limits)
+        statics = self.statics = CvxpyStatics(problem, self.limits)
         first = statics.q[joints]
         second = statics.q[problem.joints + joints]
         t = cp.Variable(len(joints), name="t")
@@ -89,8 +89,8 @@ class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         _Sized.__init__(self, problem)
         joints = problem.crushing
-        self.limits = ShearParameters(limits)
-        self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
+        self.limits = CvxpyShearParameters(limits)
+        self.mechanism = mechanism = CvxpyMechanism(problem, self.limits.slope)
         first, second = problem.table.turning
         rocking = mechanism.p[first] + mechanism.p[second]
         self.closing = cp.Variable(len(joints), name="w")

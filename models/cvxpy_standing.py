@@ -7,7 +7,7 @@ import cvxpy as cp
 import numpy as np
 
 from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
-from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
+from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 #: Smallest weight of a block in the inertia, relative to the median block. This limit keeps the motion of
@@ -27,17 +27,17 @@ class CvxpyStanding:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.limits = ShearParameters(limits)
-        terms = ConeStatics if by_cones(problem) else Statics
+        self.limits = CvxpyShearParameters(limits)
+        terms = ConeStatics if by_cones(problem) else CvxpyStatics
         statics = self.statics = terms(problem, self.limits, load_factor=cp.Constant(0.0))
         self.program = cp.Problem(cp.Minimize(0), [statics.equilibrium, *statics.within_yield])
 
 
-def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> Mechanism:
+def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> CvxpyMechanism:
     """Return the kinematics of a problem, with friction cones if the problem has any."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
-    return Mechanism(problem, limits.slope)
+    return CvxpyMechanism(problem, limits.slope)
 
 
 class CvxpyFalling:

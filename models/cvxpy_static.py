@@ -3,7 +3,7 @@
 import cvxpy as cp
 
 from masonry_opt.models.cvxpy_cone import ConeStatics
-from masonry_opt.models.cvxpy_terms import ShearParameters, Statics
+from masonry_opt.models.cvxpy_terms import CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -17,8 +17,8 @@ class CvxpyStatic:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.limits = ShearParameters(limits)
-        terms = ConeStatics if problem.by_friction.conic else Statics
+        self.limits = CvxpyShearParameters(limits)
+        terms = ConeStatics if problem.by_friction.conic else CvxpyStatics
         statics = self.statics = terms(problem, self.limits)
         objective = cp.Maximize(problem.live_norm * statics.load_factor)
         self.program = cp.Problem(objective, [statics.equilibrium, *statics.within_yield])

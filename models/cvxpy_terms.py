@@ -8,7 +8,7 @@ import numpy as np
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
-class ShearParameters:
+class CvxpyShearParameters:
     """Slope and cohesion of the shear limits as CVXPY parameters, shape (k,) each."""
 
     def __init__(self, limits: ShearLimits) -> None:
@@ -20,7 +20,7 @@ class ShearParameters:
         self.slope.value, self.cohesion.value = limits.slope, limits.cohesion
 
 
-class Statics:
+class CvxpyStatics:
     """Joint forces q in equilibrium, eq. (1), and the slack z of each yield condition, eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
@@ -31,7 +31,7 @@ class Statics:
     def __init__(
         self,
         problem: Problem,
-        limits: ShearParameters | ShearLimits,
+        limits: CvxpyShearParameters | ShearLimits,
         load_factor: cp.Expression | None = None,
     ) -> None:
         self.q = cp.Variable(problem.B.shape[1], name="q")
@@ -64,7 +64,7 @@ class Statics:
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 
-class Mechanism:
+class CvxpyMechanism:
     """Block velocities d and rates p ≥ 0 of the yield conditions, eqs (2), (5), (6).
 
         Bᵀ d = D(slope) p

@@ -2,7 +2,7 @@
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters, dot, duals, values
+from masonry_opt.models.pyomo_terms import PyomoMechanism, PyomoShearParameters, dot, duals, values
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -15,8 +15,8 @@ class PyomoKinematic:
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         model = self.program = pyo.ConcreteModel()
         model.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        self.limits = ShearParameters(model, limits)
-        mechanism = self.mechanism = Mechanism(model, problem, self.limits.slope)
+        self.limits = PyomoShearParameters(model, limits)
+        mechanism = self.mechanism = PyomoMechanism(model, problem, self.limits.slope)
         raising = dot(-problem.dead, list(mechanism.d.values()))
         dissipated = sum(self.limits.cohesion[i] * slip for i, slip in enumerate(mechanism.slip))
         model.objective = pyo.Objective(expr=raising + dissipated + mechanism.resisted)

@@ -8,7 +8,7 @@ from typing import Any
 import pyomo.environ as pyo
 from pyomo.mpec import Complementarity, complements
 
-from masonry_opt.models.pyomo_terms import Mechanism, Statics, put, values
+from masonry_opt.models.pyomo_terms import PyomoMechanism, PyomoStatics, put, values
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -24,8 +24,8 @@ class PyomoMcp:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         model = self.program = pyo.ConcreteModel()
-        statics = self.statics = Statics(model, problem, ShearLimits.true(problem))
-        self.mechanism = Mechanism(model, problem, problem.dilatancy.tolist())
+        statics = self.statics = PyomoStatics(model, problem, ShearLimits.true(problem))
+        self.mechanism = PyomoMechanism(model, problem, problem.dilatancy.tolist())
         model.complementarity = Complementarity(
             range(problem.faces), rule=lambda m, face: complements(statics.slacks[face] >= 0, m.p[face] >= 0)
         )

@@ -2,7 +2,7 @@
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import ShearParameters, Statics, duals
+from masonry_opt.models.pyomo_terms import PyomoShearParameters, PyomoStatics, duals
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
@@ -18,8 +18,8 @@ class PyomoStatic:
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         model = self.program = pyo.ConcreteModel()
         model.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        self.limits = ShearParameters(model, limits)
-        self.statics = Statics(model, problem, self.limits)
+        self.limits = PyomoShearParameters(model, limits)
+        self.statics = PyomoStatics(model, problem, self.limits)
         z, faces = self.statics.slacks, range(problem.faces)
         model.within_yield = pyo.Constraint(faces, rule=lambda _, face: -z[face] <= 0)
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)

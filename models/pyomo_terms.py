@@ -53,7 +53,7 @@ def put(variable: pyo.Var, numbers: np.ndarray) -> None:
         data.set_value(number, skip_validation=True)
 
 
-class ShearParameters:
+class PyomoShearParameters:
     """Slope and cohesion of the k joints that can slide, as mutable Pyomo parameters."""
 
     def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
@@ -68,7 +68,7 @@ class ShearParameters:
         self.cohesion.store_values(dict(enumerate(limits.cohesion.tolist())))
 
 
-class Statics:
+class PyomoStatics:
     """Variables for joint forces q and λ in equilibrium, eq. (1), with the slacks z of eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
@@ -77,7 +77,7 @@ class Statics:
     """
 
     def __init__(
-        self, model: pyo.ConcreteModel, problem: Problem, limits: ShearParameters | ShearLimits
+        self, model: pyo.ConcreteModel, problem: Problem, limits: PyomoShearParameters | ShearLimits
     ) -> None:
         self.load_factor: Any = pyo.Var()
         model.load_factor = self.load_factor
@@ -106,7 +106,7 @@ class Statics:
         return float(self.load_factor.value), values(self.q)
 
 
-class Mechanism:
+class PyomoMechanism:
     """Variables for velocities d and rates p ≥ 0 of yield conditions, eqs (2), (5), (6).
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|

@@ -9,7 +9,7 @@ from scenes import CASES
 
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.judge import BestKnown, Comparison, summary
-from masonry_opt.studies.compare.runs import COLUMNS, RunLimits, find_scenes, plan
+from masonry_opt.studies.compare.runs import COMPARISON_COLUMNS, RunLimits, find_scenes, plan
 
 NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 
@@ -47,5 +47,5 @@ def made_up() -> Comparison:
     best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "mpec")}
     judged = judged_by_hand(summary(rows, bounds, best), {WALL: {"Coulomb": "unstable under dead load"}})
     scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
-    results = pd.DataFrame(rows, columns=COLUMNS)
+    results = pd.DataFrame(rows, columns=COMPARISON_COLUMNS)
     return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, results, judged)

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from masonry_opt.studies.compare.runs import COLUMNS
+from masonry_opt.studies.compare.runs import COMPARISON_COLUMNS
 
 #: A good line of a static run.
-GOOD: dict[str, Any] = dict.fromkeys(COLUMNS)
+GOOD: dict[str, Any] = dict.fromkeys(COMPARISON_COLUMNS)
 GOOD |= {"scene": "made/up", "content": "c", "versions": "v", "method": "static", "model": "cvxpy"}
 GOOD |= {"solver": "clarabel", "tolerance": 1e-8, "repeat": 1, "ended": "finished", "status": "optimal"}
 GOOD |= dict.fromkeys(("message", "existence", "crushing", "friction_law"), "")

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
 from masonry_opt.problem.laws import BY_FACES, Forms
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 
 #: Smallest force that matters, as a share of the live load at collapse. Residuals of a block are divided by
 #: at least this force, even if all forces on the block are smaller.
@@ -104,7 +104,7 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Found:
+class FinalState:
     """Joint forces and block velocities at the end of a method; each is None if it is not known."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
@@ -115,7 +115,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Answer(Found):
+class Answer(FinalState):
     """Load factor with joint forces, mechanism and the residuals of all conditions.
 
     Only :func:`certified` makes answers, so that each state has one certificate.
@@ -232,8 +232,10 @@ class InfeasibilityCertificate:
     kinematic_cuts: int = 0
     cut_residual: float = 0.0
 
-    #: True if no load factor λ ≥ 0 exists under the joints' own flow rule.
-    proven = Of[bool]("existence")
+    @property
+    def proven(self) -> bool:
+        """True if no load factor λ ≥ 0 exists under the joints' own flow rule."""
+        return self.existence.proven
 
     def as_dict(self) -> dict[str, Any]:
         """Return all attributes and ``proven`` in a dictionary, under their names in reports."""

@@ -30,7 +30,7 @@ _HAS_SLACK = 1e-4
 
 #: Force, relative to the largest force, below which a force is rounding. A smaller value makes fewer proofs
 #: succeed, because rounding then counts as a force.
-_NO_FORCE = 1e-9
+_FORCE_ROUNDING_TOLERANCE = 1e-9
 
 #: Unbalanced force, relative to the largest force, that counts as rounding. A smaller value makes fewer
 #: proofs succeed.
@@ -56,5 +56,5 @@ def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
     ends_here = (without_live > _HAS_SLACK) & (at_collapse < _MAY_YIELD)
     always_at_yield = (without_live < _MAY_YIELD) & (at_collapse < _MAY_YIELD)
     force_in_condition = (abs(problem.true_yield) @ np.abs(forces)).max(axis=1)
-    carries = force_in_condition > _NO_FORCE * largest
+    carries = force_in_condition > _FORCE_ROUNDING_TOLERANCE * largest
     return bool(ends_here.any() and not (always_at_yield & carries).any())

@@ -16,7 +16,7 @@ from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -112,19 +112,70 @@ class Outcome:
     assembly: Assembly
     solution: Solution
 
-    status = Of[Status]("solution")
-    reasons = Of[tuple[Reason, ...]]("solution")
-    usable = Of[bool]("solution.status")
-    kind = Of[Kind]("solution")
-    load_factor = Of[float | None]("solution")
-    flow_rule_matters = Of[bool]("solution")
-    stationary = Of[bool | None]("solution")
-    bound = Of[float | None]("solution")
-    proof = Of[Proof | None]("solution")
-    end = Of[float | None]("solution")
-    incremental = Of[float | None]("solution", "incremental_value")
-    associative = Of[float | None]("solution", "associative_value")
-    case = Of[str]("assembly.scene", "called")
+    @property
+    def status(self) -> Status:
+        """Status of the analysis at its end."""
+        return self.solution.status
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        """Reasons for the status, as codes with their values."""
+        return self.solution.reasons
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a load factor."""
+        return self.solution.status.usable
+
+    @property
+    def kind(self) -> Kind:
+        """Kind of answer, which decides the limits of its residuals."""
+        return self.solution.kind
+
+    @property
+    def load_factor(self) -> float | None:
+        """Load factor λ; None unless the status is usable."""
+        return self.solution.load_factor
+
+    @property
+    def flow_rule_matters(self) -> bool:
+        """False if the loop's associative start already obeys the joints' own flow rule."""
+        return self.solution.flow_rule_matters
+
+    @property
+    def stationary(self) -> bool | None:
+        """True if no mechanism that a search tried lowers λ, False if undecided; None without a search."""
+        return self.solution.stationary
+
+    @property
+    def bound(self) -> float | None:
+        """Lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies; None without a bound."""
+        return self.solution.bound
+
+    @property
+    def proof(self) -> Proof | None:
+        """Proof by conflicts that no state is lower; None without a proof."""
+        return self.solution.proof
+
+    @property
+    def end(self) -> float | None:
+        """Load factor at the end of the load history; None if the history was not followed to its end."""
+        return self.solution.end
+
+    @property
+    def incremental(self) -> float | None:
+        """Incremental load factor: the largest load factor of the load history; None if unknown."""
+        return self.solution.incremental_value
+
+    @property
+    def associative(self) -> float | None:
+        """Load factor with associative flow; None if it is unlimited or unknown."""
+        return self.solution.associative_value
+
+    @property
+    def case(self) -> str:
+        """Name of the scene in tables and messages."""
+        return self.assembly.scene.called
 
     def __repr__(self) -> str:
         attributes = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"

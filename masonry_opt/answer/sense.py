@@ -25,7 +25,7 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 
 #: Distance of a group of blocks from all other blocks above which the group is far away. The distance is
 #: relative to the larger of two sizes: of the group, and of all other blocks together.
-_FAR = 10.0
+_FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
 #: a factor of a thousand; stone and timber differ by a factor of five. A larger value misses mistakes in some
@@ -34,14 +34,14 @@ _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight to a dead force on the block above which the force is too small to matter. Small
 #: live forces cause no warning, because a live force is often a unit force.
-_NO_FORCE = 3000.0
+_WEIGHT_TO_FORCE_RATIO = 3000.0
 
 #: Distance by which a force may act outside of its block because of rounding. The distance is relative to the
 #: size of the block (the root of its area or volume).
 _OUTSIDE = 0.02
 
 #: Share of a block's weight up to which a difference of forces is rounding.
-_ROUNDING = 1e-9
+_FORCE_DIFFERENCE_TOLERANCE = 1e-9
 
 #: Code of the warning about blocks that meet without a joint, by dimension.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
@@ -191,7 +191,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
     apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
-    far = distance > _FAR * np.maximum(size, size_of_rest)
+    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
     # The largest group is the structure itself.
     far[np.bincount(group).argmax()] = False
     if not far.any():
@@ -246,9 +246,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
     # The weight and the forces of fill are subtracted, so that only forces from the user are checked.
     of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
     dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
-    for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
+    for name, force, least in (("live", live, np.inf), ("dead", dead, _WEIGHT_TO_FORCE_RATIO)):
         size = np.hypot.reduce(force, axis=1)
-        acts = size > _ROUNDING * weight
+        acts = size > _FORCE_DIFFERENCE_TOLERANCE * weight
         ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
         warnings += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
     return warnings
@@ -298,7 +298,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
         for key, value in (("strength", force.highest), ("prestress", force.lowest)):
             if np.isfinite(value) and value > _OTHER_UNITS * all_dead:
                 yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=all_dead)
-            elif 0 < value < median / _NO_FORCE:
+            elif 0 < value < median / _WEIGHT_TO_FORCE_RATIO:
                 yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=median)
 
 

@@ -7,11 +7,11 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
+from masonry_opt.answer.answer import Answer, FinalState, InfeasibilityCertificate
 from masonry_opt.answer.load_history import LoadHistory, LoadStep
 from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
@@ -34,7 +34,7 @@ class Solution:
     kind: Kind  #: kind of answer, which decides the limits of its residuals
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: The answer, if the status is usable; else the forces and velocities that are known.
-    found: Found = field(default_factory=Found)
+    found: FinalState = field(default_factory=FinalState)
     flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
     exact_end: bool = False  #: True if the loop ended with forces that obey the true law exactly
     history: tuple[Any, ...] = ()  #: one record for each step of the method
@@ -71,8 +71,15 @@ class Solution:
     #: Solver of the method that computed the solution; another method may have called that method.
     solver: Solver | None = None
 
-    q = Of[np.ndarray | None]("found")
-    d = Of[np.ndarray | None]("found")
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces at the end of the method, shape (3c,); None if unknown."""
+        return self.found.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities at the end of the method, shape (3b,); None if unknown."""
+        return self.found.d
 
     @property
     def answer(self) -> Answer | None:
@@ -182,7 +189,7 @@ class Solution:
         Forces and velocities stay, without their load factor.
         """
         found = self.found
-        without_load_factor = Found(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
+        without_load_factor = FinalState(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
         ended = self.ended(status, code, load_factor=self.load_factor, **values)
         return replace(ended, found=without_load_factor)
 

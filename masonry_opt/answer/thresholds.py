@@ -37,7 +37,7 @@ IDLE = 1e-6
 
 #: Share of the largest value above which a joint is named in a message. The value is the departure from
 #: associative flow for joints that lock, and the normal force for joints that clamp.
-NAMED = 1e-2
+LISTED_JOINT_SHARE = 1e-2
 
 #: Relative difference below which two load factors are equal. Answers of different methods to one state
 #: differ by up to 2e-8 on the case files; different states differ by 8e-4 and more.

@@ -23,8 +23,8 @@ from masonry_opt.words.terminal import print_result
 
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
-_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-_VARY = f"{_FORMS} for a number of CASE, {_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
+_VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
+_VARY = f"{_FORMS} for a number of CASE, {_VARY_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
 _SAMPLE = (
     "In place of --vary: NAME=lognormal:MEAN:DEVIATION (standard deviation, or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
@@ -33,7 +33,7 @@ _SOLVERS = "Also: highs-hipo, and every solver that CVXPY finds, such as osqp or
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
 
-@partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_EXAMPLE}")
+@partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_VARY_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
     """Return the name and the values of a number of the scene from the text of the option --vary.
 

@@ -29,9 +29,9 @@ from masonry_opt.studies.writing import csv_text
 from masonry_opt.words.terminal import print_text
 
 _NOT_IN_PAPER = "bracket"  #: Name of the script that is not in the paper and takes a quarter of an hour.
-_EXAMPLE = "Name of an example, or all; without a name the command lists the examples."
+_EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
-_TABLE = "table"  #: Prefix of a script's variables that are written as tables.
+_TABLE_PREFIX = "table"  #: Prefix of a script's variables that are written as tables.
 _FIGURE = "figure"  #: Prefix of a script's variables that are written as pictures.
 _PACKAGE = Path(__file__).parents[1]  #: Folder of the package.
 
@@ -44,7 +44,7 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-@command(example=typer.Argument(help=_EXAMPLE), out=typer.Option(help=_OUT))
+@command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUT))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
     """Exit code 0: every value is as published; 1: at least one is not; 2: wrong example or folder.
 
@@ -95,8 +95,8 @@ def _files(name: str, variable: str) -> list[str]:
 
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """
-    if variable.startswith(_TABLE):
-        return [f"{name}{variable.removeprefix(_TABLE)}.csv"]
+    if variable.startswith(_TABLE_PREFIX):
+        return [f"{name}{variable.removeprefix(_TABLE_PREFIX)}.csv"]
     if variable.startswith(_FIGURE):
         return [f"{name}{variable.removeprefix(_FIGURE)}.{kind}" for kind in ("png", "svg")]
     return []
@@ -126,7 +126,7 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
     """Return the files of a script's tables and figures: contents by file name."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
-        if variable.startswith(_TABLE) and isinstance(value, pd.DataFrame):
+        if variable.startswith(_TABLE_PREFIX) and isinstance(value, pd.DataFrame):
             files |= dict.fromkeys(_files(name, variable), csv_text(value))
         elif variable.startswith(_FIGURE) and isinstance(value, Figure):
             files |= zip(_files(name, variable), _pictures(value), strict=True)

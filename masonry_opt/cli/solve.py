@@ -15,16 +15,16 @@ from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
 _MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
-_SHOWN = "Content of the picture: mechanism, thrust, utilisation or curve."
-_HOW = "Also print how the answer was found: residuals, solvers, seconds."
+_PLOT_KIND_HELP = "Content of the picture: mechanism, thrust, utilisation or curve."
+_VERBOSE_HELP = "Also print how the answer was found: residuals, solvers, seconds."
 _WHOSE = "Mechanism that --plot draws: least (default, at the lowest load factor found) or incremental."
 
 
 @command(
     solve_scene,
     mo.Result.save,
-    kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
-    verbose=typer.Option("--verbose", "-v", help=_HOW),
+    kind=typer.Option("--plot-kind", metavar="KIND", help=_PLOT_KIND_HELP),
+    verbose=typer.Option("--verbose", "-v", help=_VERBOSE_HELP),
     quiet=typer.Option("--quiet", "-q", help="Print only the load factor, and warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )

@@ -46,9 +46,9 @@ _VERTICAL = typer.Option(
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
-_OF_BLOCK = "With --block: point of the block. Default: centroid of the block."
+_POINT_HELP = "With --block: point of the block. Default: centroid of the block."
 _SPECTRUM = "Check against a spectrum: CSV file with period (s) and acceleration (g) on each line."
-_PAGE = "Page to write (.html). Default: CASE_report.html in the current folder."
+_REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the current folder."
 
 
 @command(
@@ -58,7 +58,7 @@ _PAGE = "Page to write (.html). Default: CASE_report.html in the current folder.
     mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
     leave="model solver tolerance incremental ultimate secant row",
-    point=typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point),
+    point=typer.Option(metavar="X,Y[,Z]", help=_POINT_HELP, parser=_point),
     spectrum=typer.Option(metavar="FILE", help=_SPECTRUM),
     plot=PICTURE,
 )
@@ -214,7 +214,7 @@ def settle(
     return answer.usable
 
 
-@command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_PAGE))
+@command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
     """Solve all load cases, or the named one, and move the axles over the road, if CASE has axles.
 

@@ -16,17 +16,17 @@ BLACK = "#000000"
 #: Colours of the data series of a chart, in this order.
 SERIES = (BLUE, VERMILION, BLUISH_GREEN, REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK)
 
-SLIDES = BLUE  #: Joints that slide.
-HINGES = VERMILION  #: Joints that hinge.
-SEPARATES = ORANGE  #: Joints that separate.
-CRUSHES = BLUISH_GREEN  #: Joints that crush.
+SLIDING_COLOUR = BLUE  #: Joints that slide.
+HINGING_COLOUR = VERMILION  #: Joints that hinge.
+SEPARATING_COLOUR = ORANGE  #: Joints that separate.
+CRUSHING_COLOUR = BLUISH_GREEN  #: Joints that crush.
 
 JOINT = BLUE  #: Joints of a scene before it is solved.
 GAP = VERMILION  #: Colour of small gaps between blocks, which are not joints.
 MARKED = REDDISH_PURPLE  #: Colour of details that the reader should check, such as corners without a joint.
 
 BLOCK = "#F2E2C4"  #: Surfaces of movable blocks.
-FIXED = "#D9D9D9"  #: Surfaces of supports.
+SUPPORT_COLOUR = "#D9D9D9"  #: Surfaces of supports.
 HATCH = "#8A8A8A"  #: Colour of the hatching and outlines of supports, and of auxiliary lines.
 AT_REST = "#BBBBBB"  #: Outlines of blocks before they move.
 
@@ -38,7 +38,7 @@ FURTHER_DEAD = SKY_BLUE  #: Dead loads other than weights.
 
 FILL = "#8C6B3F"  #: Colour of fill, of the road on it, and of its earth pressure.
 STRUT = "#4D4D4D"  #: Ties and props.
-IDLE = "#A8A8A8"  #: Joints that carry no force.
+IDLE_COLOUR = "#A8A8A8"  #: Joints that carry no force.
 
 #: Colours of utilisation, one for each tenth from 0 to 1, from matplotlib's "viridis_r". These colours can be
 #: distinguished by colour-blind readers and in grey prints.

@@ -11,7 +11,15 @@ from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Status
 from masonry_opt.drawing import forces
-from masonry_opt.drawing.colours import CRUSHES, GAP, HINGES, JOINT, MARKED, SEPARATES, SLIDES
+from masonry_opt.drawing.colours import (
+    CRUSHING_COLOUR,
+    GAP,
+    HINGING_COLOUR,
+    JOINT,
+    MARKED,
+    SEPARATING_COLOUR,
+    SLIDING_COLOUR,
+)
 from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
@@ -20,14 +28,14 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
 #: Kinds of pictures of a result: the quantity that is drawn on the joints.
-KINDS = ("mechanism", "thrust", "utilisation")
+PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 
 #: Displacement of the fastest corner of a magnified mechanism (its "full motion"), relative to the scene's
 #: size. A larger value magnifies mechanisms more.
 FULL = 0.1
 #: Share of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
 START = 0.6
-_MARGIN = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
+_MARGIN_AT_REST = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
 _PAD = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
 _TEXT = 0.15  #: Width of the text next to a scale bar, relative to the scene's size.
 
@@ -45,8 +53,8 @@ class Elements:
     #: Full motion of the scene's blocks, as defined in ``marks.moved``, shape (blocks, 3) or (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
-    #: Marks on joints, by layer: "scene" for an unsolved scene; for a result, the kinds in ``KINDS`` for
-    #: which it has data.
+    #: Marks on joints, by layer: "scene" for an unsolved scene; for a result, the kinds in ``PICTURE_KINDS``
+    #: for which it has data.
     layers: dict[str, list[Marks]]
 
     @property
@@ -92,8 +100,8 @@ class Elements:
             if each.text:
                 points.append(each.points[:, -1] + [_TEXT * size, _PAD * size])
         reach, pad = np.concatenate(points), _PAD * size
-        low = np.minimum(corners.min(axis=0) - _MARGIN * size, reach.min(axis=0) - pad)
-        high = np.maximum(corners.max(axis=0) + _MARGIN * size, reach.max(axis=0) + pad)
+        low = np.minimum(corners.min(axis=0) - _MARGIN_AT_REST * size, reach.min(axis=0) - pad)
+        high = np.maximum(corners.max(axis=0) + _MARGIN_AT_REST * size, reach.max(axis=0) + pad)
         return np.array([low, high])
 
 
@@ -167,15 +175,15 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
     (ends, joint), width = joints.lines(), 2.3 * shrink
     with_joint = midway[joint]
     looks = [
-        ("separates", "separating joint", SEPARATES, width, moves.separates, (1.6, 1.1)),
-        ("slides", "sliding joint", SLIDES, width, moves.slides, ()),
-        ("crushes", "crushing joint", CRUSHES, width, moves.crushes, ()),
+        ("separates", "separating joint", SEPARATING_COLOUR, width, moves.separates, (1.6, 1.1)),
+        ("slides", "sliding joint", SLIDING_COLOUR, width, moves.slides, ()),
+        ("crushes", "crushing joint", CRUSHING_COLOUR, width, moves.crushes, ()),
     ]
     if result.assembly.scene.dimension == 3:
         with_joint = np.concatenate([motion[joints.first[joint]], motion[joints.second[joint]]])
         ends, joint = np.tile(ends, (2, 1, 1)), np.tile(joint, 2)
         opens = moves.hinges & ~moves.slides
-        looks.append(("opens", "hinging joint", HINGES, 0.4 * width, opens, ()))
+        looks.append(("opens", "hinging joint", HINGING_COLOUR, 0.4 * width, opens, ()))
     for name, label, colour, line_width, has_motion, dashes in looks:
         drawn = has_motion[joint]
         lines = Marks(name, label, "line", colour, line_width, ends[drawn], with_joint[drawn], dashes)
@@ -184,11 +192,11 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
     if moves.crushes.any():
         middle = ends[moves.crushes].mean(axis=1, keepdims=True)
         motions = midway[moves.crushes]
-        yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, motions)
+        yield Marks("crosses", "crushing joint", "cross", CRUSHING_COLOUR, 6.0 * shrink, middle, motions)
     if moves.hinges.any():
         point = moves.hinge[moves.hinges][:, None]
         motions = midway[moves.hinges]
-        yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, point, motions)
+        yield Marks("hinges", "hinging joint", "dot", HINGING_COLOUR, 5.2 * shrink, point, motions)
 
 
 def _movement(result: Outcome) -> str:

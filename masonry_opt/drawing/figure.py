@@ -20,15 +20,15 @@ from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code
-from masonry_opt.drawing.colours import BLACK, BLOCK, FIXED, HATCH, HINGES, SLIDES
-from masonry_opt.drawing.elements import KINDS, heading, legend, title_of
+from masonry_opt.drawing.colours import BLACK, BLOCK, HATCH, HINGING_COLOUR, SLIDING_COLOUR, SUPPORT_COLOUR
+from masonry_opt.drawing.elements import PICTURE_KINDS, heading, legend, title_of
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import image_source, picture_metadata, refuse_unwritable, write_whole
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral, sentences
 
-FORMATS = ("png", "svg", "pdf")  #: File formats of pictures, which are also the file name endings.
+PICTURE_FORMATS = ("png", "svg", "pdf")  #: File formats of pictures, which are also the file name endings.
 CURVE = "curve"  #: Kind of picture that shows the load–displacement curve instead of blocks.
 
 _MAX_WIDTH = 6.0  #: Largest width of the axes, in inches.
@@ -51,13 +51,24 @@ _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
 
 #: Style of arrows, without colour and width. Lengths of arrows are in units of the axes; sizes of their heads
 #: are relative to the line width.
-_ARROW: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "inches", "zorder": 5}
-_ARROW |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength": 4.5}
+_ARROW_STYLE: dict[str, Any] = {
+    "angles": "xy",
+    "scale_units": "xy",
+    "scale": 1,
+    "units": "inches",
+    "zorder": 5,
+}
+_ARROW_STYLE |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength": 4.5}
 
 #: Style of blocks, without the width of their outlines.
 BLOCK_LOOK: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
 #: Style of supports.
-SUPPORT_LOOK: dict[str, Any] = {"facecolor": FIXED, "edgecolor": HATCH, "hatch": "////", "linewidth": 0}
+SUPPORT_LOOK: dict[str, Any] = {
+    "facecolor": SUPPORT_COLOUR,
+    "edgecolor": HATCH,
+    "hatch": "////",
+    "linewidth": 0,
+}
 
 Handle = Line2D | Patch  #: Sample and label of a drawn element in a legend.
 
@@ -66,13 +77,13 @@ _BELOW_ZERO = 0.2  #: Range of the λ axis below zero, relative to the highest �
 _ABOVE_HIGHEST = 0.06  #: Range of the λ axis above the highest λ that is drawn, relative to that λ.
 #: Largest ratio of a load factor to the curve's highest load factor at which the load factor is drawn as a
 #: line. Higher load factors are only named in the legend.
-_FAR = 2.0
+_LARGEST_DRAWN_RATIO = 2.0
 
 #: Style of the marks of joints that start to move, by column of the curve: verb, colour, marker, marker size
 #: in points, and height of the numbers of joints above the lower axis, relative to the height of the axes.
-_STARTS = {
-    "starts_sliding": ("slide", SLIDES, "s", 10.0, 0.085),
-    "starts_opening": ("open", HINGES, "o", 6.0, 0.025),
+_MOTION_START_STYLES = {
+    "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
+    "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
 }
 
 
@@ -85,7 +96,7 @@ class Picture(Figure):
             super().savefig(fname, **{"bbox_inches": "tight"} | given)
 
     def image(self, kind: str) -> bytes:
-        """Return the figure as the content of a file in one of ``FORMATS``."""
+        """Return the figure as the content of a file in one of ``PICTURE_FORMATS``."""
         stream = io.BytesIO()
         with style():
             self.savefig(stream, format=kind, dpi=160, metadata=picture_metadata(kind))
@@ -187,7 +198,7 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
             look |= _line(marks) | {"capstyle": "butt" if marks.dashes else "round", "zorder": 3}
             axes.add_collection(LineCollection(list(at), **look))
         case "arrow":
-            axes.quiver(*at[:, 0].T, *(at[:, 1] - at[:, 0]).T, width=marks.width / 72, **look, **_ARROW)
+            axes.quiver(*at[:, 0].T, *(at[:, 1] - at[:, 0]).T, width=marks.width / 72, **look, **_ARROW_STYLE)
         case "bar":
             axes.plot(*at[0].T, linewidth=marks.width, marker="|", markersize=6, zorder=8, **look)
             offset: dict[str, Any] = {"xytext": (6, 0), "textcoords": "offset points"}
@@ -243,7 +254,7 @@ def _handle(label: str, alike: list[Marks]) -> Line2D:
 
 def refuse_kind(kind: object, names: bool = False) -> None:
     """Raise OptionError if ``kind`` is unknown, or if ``names`` is set for a picture without blocks."""
-    known = (*KINDS, CURVE)
+    known = (*PICTURE_KINDS, CURVE)
     if kind not in known:
         raise OptionError(f"unknown kind of picture '{kind}': choose from {', '.join(known)}")
     if kind == CURVE and names:
@@ -252,10 +263,12 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if no picture can be written to ``path``; meant to be called before an analysis."""
-    refuse_file(path, force, FORMATS)
+    refuse_file(path, force, PICTURE_FORMATS)
 
 
-def refuse_file(path: str | Path, force: bool = False, endings: Sequence[str] = (*FORMATS, "html")) -> None:
+def refuse_file(
+    path: str | Path, force: bool = False, endings: Sequence[str] = (*PICTURE_FORMATS, "html")
+) -> None:
     """Raise OptionError if neither a picture nor a page can be written to ``path``.
 
     Call this function before a long analysis.
@@ -314,7 +327,9 @@ def curve_picture(result: Outcome) -> Picture:
         axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= (1 + _ABOVE_HIGHEST) * top])
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
         handles += jumps
-        handles += [_starts(axes, result, column) for column in _STARTS if curve[column].map(bool).any()]
+        handles += [
+            _starts(axes, result, column) for column in _MOTION_START_STYLES if curve[column].map(bool).any()
+        ]
         reasons = [reason for reason in result.reasons if reason.code is Code.CURVE]
         finish(made, axes, handles, sentences(reasons))
     return made
@@ -352,7 +367,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
     ):
         if value is None:
             continue
-        far = value > _FAR * highest
+        far = value > _LARGEST_DRAWN_RATIO * highest
         label = f"{name} λ = {numeral(value, '.5g')}{', above' if far else ''}"
         look: dict[str, Any] = {"color": colour, "dashes": dashes, "linewidth": 0.9}
         handles.append(Line2D([], [], label=label, **look))
@@ -367,9 +382,9 @@ def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
 
     For each state of the curve, the number of joints that start to move is written above the lower axis.
 
-    Returns the legend sample. ``column`` is the column of the curve, a key of ``_STARTS``.
+    Returns the legend sample. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.
     """
-    verb, colour, marker, size, height = _STARTS[column]
+    verb, colour, marker, size, height = _MOTION_START_STYLES[column]
     assert result.curve is not None
     starts = result.curve[result.curve[column].map(bool)]
     look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "fillstyle": "none"}

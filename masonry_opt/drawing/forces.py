@@ -17,23 +17,24 @@ from masonry_opt.scene.rows import linked
 #: Largest numbers of arrows of parallel forces, by dimension: for weights, and for each other kind of load.
 #: If there are more forces, a single arrow shows their direction. In space the numbers are smaller, because
 #: arrows overlap.
-_MOST = {2: (30, 200), 3: (1, 8)}
+_MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
 #: Largest number of forces of one kind of load whose arrows are not limited by the size of blocks.
 _LONE = 8
-_OF_BLOCK = 0.6  #: Largest length of the arrows of many forces, relative to the median size of a block.
+#: Largest length of the arrows of many forces, relative to the median size of a block.
+_LARGEST_ARROW_LENGTH = 0.6
 _ALONG = 8  #: Number of intervals between arrows along the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
 #: Height, above the highest block, of a single arrow for many forces, relative to the size of the scene. The
 #: value is large enough for blocks that move upwards.
-_ABOVE = 0.16
+_SINGLE_ARROW_HEIGHT = 0.16
 #: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
-_DIRECTION = 0.07
+_SINGLE_ARROW_LENGTH = 0.07
 
 #: Colour, line width in points, legend entry, and legend entry of a single arrow for all forces, by kind of
 #: load.
-_KINDS = {
+_LOAD_STYLES = {
     "weight": (colours.DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (colours.FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
     # The live load is drawn last and thinner, because it may cover an opposite dead load.
@@ -52,9 +53,9 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     loads are not drawn.
     """
     yield from fill_marks(assembly, motion)
-    most_weights, most_others = _MOST[assembly.scene.dimension]
+    most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
-    for kind, (colour, width, label, label_of_all) in _KINDS.items():
+    for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
         forces: Forces = getattr(all_loads, kind)
@@ -88,9 +89,9 @@ def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
     """Return a single arrow above the blocks in the direction of all forces, shape (1, 2, dim)."""
     total, size = forces.force.sum(axis=0), size_of(assembly)
     tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
-    tail[-1] += _ABOVE * size
+    tail[-1] += _SINGLE_ARROW_HEIGHT * size
     # In space the arrow is longer, because it may point towards the viewer.
-    length = _DIRECTION * (len(tail) - 1) * size
+    length = _SINGLE_ARROW_LENGTH * (len(tail) - 1) * size
     return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
 
@@ -104,7 +105,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
     longest = _LONGEST * size_of(assembly)
     if len(sizes) > _LONE:
         median_side = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
-        longest = min(longest, _OF_BLOCK * median_side)
+        longest = min(longest, _LARGEST_ARROW_LENGTH * median_side)
     arrow = longest * forces.force / sizes.max()
     behind = point - 0.02 * longest * forces.force / sizes[:, None]
     away = np.array([assembly.geometry.away(*each) for each in zip(blocks, behind, strict=True)])
@@ -347,7 +348,7 @@ def utilisation_marks(result: Outcome) -> Iterable[Marks]:
     ends, joint = result.assembly.joints.lines()
     used, steps = result.joints["utilisation"].to_numpy()[joint], len(colours.UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
-    for number, colour in enumerate((colours.IDLE, *colours.UTILISATION), start=-1):
+    for number, colour in enumerate((colours.IDLE_COLOUR, *colours.UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
         # Lines are also wider at larger utilisation, to distinguish them in grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)

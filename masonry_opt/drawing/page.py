@@ -15,8 +15,8 @@ import numpy as np
 from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.drawing.colours import BLOCK, FIXED, HINGES, SLIDES, UTILISATION
-from masonry_opt.drawing.elements import KINDS, START, Elements, counts, motion_of, result_elements
+from masonry_opt.drawing.colours import BLOCK, HINGING_COLOUR, SLIDING_COLOUR, SUPPORT_COLOUR, UTILISATION
+from masonry_opt.drawing.elements import PICTURE_KINDS, START, Elements, counts, motion_of, result_elements
 from masonry_opt.drawing.figure import curve_picture, is_page, refuse_file, refuse_kind
 from masonry_opt.drawing.forces import utilisation_label
 from masonry_opt.drawing.keyframes import Keyframes, keyframes_of
@@ -165,7 +165,7 @@ def caption(elements: Elements) -> str:
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
     """Return HTML buttons that select the quantity drawn on joints; quantities without data are disabled."""
-    states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *KINDS)}
+    states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *PICTURE_KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
     return "".join(choice.format(kind, state) for kind, state in states.items())
@@ -179,7 +179,7 @@ def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
     )
     scale = f'0<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>1'
     written = ""
-    for kind in (HISTORY, *KINDS):
+    for kind in (HISTORY, *PICTURE_KINDS):
         entries = legend_svg([*layers.get(kind, ()), *elements.loads])
         if kind == "utilisation":
             entries.insert(0, f"{utilisation_label(elements.assembly)}: {scale}")
@@ -246,8 +246,8 @@ def history_marks(result: Outcome) -> list[Marks]:
     """Return the style of joints that have slid and of open joints, as marks without points."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
-    opened = Marks("open", "is open", "line", HINGES, 0.7 * width, no_points, dashes=dashes)
-    return [Marks("slid", "has slid", "line", SLIDES, width, no_points), opened]
+    opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
+    return [Marks("slid", "has slid", "line", SLIDING_COLOUR, width, no_points), opened]
 
 
 def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dict[str, Any]:
@@ -279,7 +279,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
 
 #: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
 #: file too large.
-MOST_BLOCKS = 2000
+MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 
 
@@ -290,7 +290,7 @@ def notebook_html(result: Outcome) -> str:
     lines = [f"<b>{text(elements.title)}</b>", f'<span style="font-size:1.4em">{headline(result)}</span>']
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
-    if result.size.blocks <= MOST_BLOCKS:
+    if result.size.blocks <= MOST_BLOCKS_DRAWN:
         # The title and the legend are part of the picture.
         source = elements_picture(elements).source()
         lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
@@ -365,7 +365,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         "middle": middle.tolist(),
         "view": view,
         "block": BLOCK,
-        "fixed": FIXED,
+        "fixed": SUPPORT_COLOUR,
         "radius": round(3 * radius, 2),
         "surface": {
             "points": rows[:, 1:].ravel().tolist(),

@@ -27,11 +27,11 @@ from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 
-_LEAST_NAME = 3.0  #: Smallest font size of block names, in points.
+_SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
 #: Smallest font size of block names in scenes with many blocks, in points. Such names are legible in an
 #: enlarged picture only.
 _TINY_NAME = 1.0
-#: Largest number of blocks in a scene whose names have at least size ``_LEAST_NAME`` and a white rim.
+#: Largest number of blocks in a scene whose names have at least size ``_SMALLEST_NAME_SIZE`` and a white rim.
 _MANY = 200
 
 
@@ -119,7 +119,7 @@ def elements_picture(
     view: ViewAngles | None = None,
     notes: tuple[str, ...] = (),
 ) -> Picture:
-    """Draw a picture of one kind: "scene" for an unsolved scene, or one of ``KINDS`` for a result.
+    """Draw a picture of one kind: "scene" for an unsolved scene, or one of ``PICTURE_KINDS`` for a result.
 
     Parameters and exceptions are those of :func:`draw`. ``notes`` are sentences below the picture.
     """
@@ -187,7 +187,7 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
     origin = assembly.geometry.origin
     visible_area = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
     points_per_unit = figure.points_in_unit(axes)
-    least = _LEAST_NAME if len(blocks) <= _MANY else _TINY_NAME
+    least = _SMALLEST_NAME_SIZE if len(blocks) <= _MANY else _TINY_NAME
     for number, (block, polygon) in enumerate(zip(blocks, assembly.geometry.polygons, strict=True)):
         if block.fixed:
             polygon = shapely.intersection(polygon, visible_area)

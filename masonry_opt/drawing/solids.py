@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from scipy.ndimage import minimum_filter
 
-from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
+from masonry_opt.drawing.colours import AT_REST, BLOCK, HATCH, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.figure import draw_marks, letters_in, points_in_unit, write_name
 from masonry_opt.drawing.forces import round_below
@@ -27,9 +27,10 @@ from masonry_opt.scene.space.shapes import Shapes
 ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in degrees.
 
 #: Distance from the movable blocks beyond which supports are cut off, relative to the size of the scene.
-_BEYOND = 0.2
+_SUPPORT_CUT_DISTANCE = 0.2
 _HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
-_ROUNDING = 1e-9  #: Distance below which points coincide, relative to the size of the scene.
+#: Distance below which points coincide, relative to the size of the scene.
+_COINCIDENT_POINT_TOLERANCE = 1e-9
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths of possible default views, in degrees, in order of preference if several are equally good.
@@ -40,23 +41,25 @@ _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 _TOWARDS = 0.25
 #: Shortest visible piece, in pixels, of a partly hidden line that is drawn; shorter pieces are artefacts of
 #: the depth buffer.
-_SHORT = 3.0
+_SHORTEST_PIECE = 3.0
 #: Largest difference in depth at which a nearer face does not hide a point, relative to the longer side of
 #: the picture.
 _DEPTH = 2e-3
 
 #: Number of pixels along the longer side of the depth buffer. A larger value makes edges of faces sharper.
-_PIXELS = 1400
+_DEPTH_BUFFER_PIXELS = 1400
 _LIGHT = np.array([-0.35, 0.55, 0.75])  #: Direction towards the light, in the picture's axes.
 _SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to full light.
 #: Share of white in the colours of faces in pictures of blocks at rest.
 _PALE = 0.55
-_MARGIN = 0.03  #: Free space around the drawn elements, relative to the longer side of their bounding box.
+#: Free space around the drawn elements, relative to the longer side of their bounding box.
+_MARGIN_IN_SPACE = 0.03
 #: Largest length of the drawn coordinate axes, relative to the longer side of the drawn elements.
-_AXES = 0.1
+_LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
-_LETTERS = 1.4
-_LEAST_NAME = 2.0  #: Smallest font size of block names, in points. Names that do not fit are left out.
+_AXIS_LETTER_DISTANCE = 1.4
+#: Smallest font size of block names, in points. Names that do not fit are left out.
+_SMALLEST_NAME_SIZE_IN_SPACE = 2.0
 
 
 @dataclass(frozen=True)
@@ -81,12 +84,12 @@ def surface(elements: Elements) -> Surface:
     assembly, shapes, size = elements.assembly, elements.assembly.geometry, size_of(elements.assembly)
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
-    low, high = low - _BEYOND * size, high + _BEYOND * size
+    low, high = low - _SUPPORT_CUT_DISTANCE * size, high + _SUPPORT_CUT_DISTANCE * size
     least, most = shapes.boxes
     cut = np.setdiff1d(np.flatnonzero(((least < low) | (most > high)).any(axis=1)), assembly.movable)
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
-    edges, rounding = np.stack([start, end], axis=1), _ROUNDING * size
+    edges, rounding = np.stack([start, end], axis=1), _COINCIDENT_POINT_TOLERANCE * size
     # Keep one copy of each edge, and drop the edges along which supports were cut off.
     ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
     _, unique = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
@@ -228,7 +231,7 @@ class Raster:
         ends = np.flatnonzero(seen & (last | ~np.append(seen[1:], False)))
         pieces = np.stack([at[starts], at[ends]], axis=1)
         length = np.hypot(*np.diff(pieces, axis=1)[:, 0, :2].T) / self.pixel
-        return pieces[(first[starts] & last[ends]) | (length >= _SHORT)]
+        return pieces[(first[starts] & last[ends]) | (length >= _SHORTEST_PIECE)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
         """Return True for points that are visible; points have shape (points, 3), in the picture's axes."""
@@ -286,11 +289,11 @@ class Solids:
         flat = np.concatenate([each.reshape(-1, 3)[:, :2] for each in shown])
         low, high = flat.min(axis=0), flat.max(axis=0)
         side = float((high - low).max())
-        self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
-        self.raster = raster(self.triangles, self.box, _PIXELS)
-        self.unit = round_below(_AXES * side)
+        self.box = np.array([low - _MARGIN_IN_SPACE * side, high + _MARGIN_IN_SPACE * side])
+        self.raster = raster(self.triangles, self.box, _DEPTH_BUFFER_PIXELS)
+        self.unit = round_below(_LARGEST_AXIS_LENGTH * side)
         # Draw the coordinate axes in the lower left corner, or below the picture if blocks cover the corner.
-        around = 2 * _LETTERS * self.unit
+        around = 2 * _AXIS_LETTER_DISTANCE * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
             self.box[0, 1] -= around
@@ -321,7 +324,7 @@ class Solids:
         if self.share and self.elements.movement:
             at_rest = self.surface.triangles, self.surface.edges[movable]
             triangles, edges = (each @ self.turned.T for each in at_rest)
-            self._lines(raster(triangles, self.box, _PIXELS).visible(edges), AT_REST, 0.5, 1.5)
+            self._lines(raster(triangles, self.box, _DEPTH_BUFFER_PIXELS).visible(edges), AT_REST, 0.5, 1.5)
         self._lines(self.surface.hatching @ self.turned.T, HATCH, 0.4, 2.0)
         width = self.elements.outline_width
         self._lines(self.edges[movable], "black", width, 2.2)
@@ -336,7 +339,7 @@ class Solids:
         arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
         for direction, letter in zip(self.unit * self.turned.T[:, :2], "xyz", strict=True):
             self.axes.annotate("", self.foot + direction, self.foot, arrowprops=arrow)
-            x, y = self.foot + _LETTERS * direction
+            x, y = self.foot + _AXIS_LETTER_DISTANCE * direction
             self.axes.text(x, y, letter, ha="center", va="center", fontsize=9)
         if names:
             self._write_names()
@@ -348,7 +351,7 @@ class Solids:
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
         is_movable = ~np.isin(self.surface.of_triangle, self.elements.supports)
-        colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(FIXED))
+        colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(SUPPORT_COLOUR))
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
@@ -374,6 +377,6 @@ class Solids:
             wide, high = np.ptp(pixels, axis=0) * raster_of_faces.pixel * points_per_unit
             name = self.elements.assembly.scene.blocks[number].name
             letters = min(letters_in(name, 0.8 * wide), 0.4 * high)
-            if letters >= _LEAST_NAME:
+            if letters >= _SMALLEST_NAME_SIZE_IN_SPACE:
                 at = raster_of_faces.corner + (middle + 0.5) * raster_of_faces.pixel
                 write_name(self.axes, name, at, letters, 0.2, va="center")

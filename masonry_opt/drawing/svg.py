@@ -7,7 +7,7 @@ from itertools import groupby
 import numpy as np
 import shapely
 
-from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
+from masonry_opt.drawing.colours import AT_REST, BLOCK, HATCH, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import Elements, legend
 from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
 
@@ -16,12 +16,12 @@ from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outline
 SIDE = 10_000
 #: Pixels for each point of the widths of marks. The value exceeds 1 because screens are read from farther
 #: away than prints. A larger value makes marks thicker.
-_PIXELS = 1.5
+_PIXELS_PER_POINT = 1.5
 #: Pixels for each point of the widths of marks in scenes with many joints, where thicker marks would overlap.
-_PIXELS_OF_MANY = 1.0
+_PIXELS_PER_POINT_OF_MANY = 1.0
 #: Size of a motion, in units of the picture, below which an element counts as fixed and has no motion
 #: attribute.
-_STILL = 2.0
+_LEAST_DRAWN_MOTION = 2.0
 _CROSS_STROKE = 1.5  #: Width of the lines of crosses, in points.
 _HATCH_STEP = 150  #: Distance between the hatching lines on supports, in units of the picture.
 _LETTER_HEIGHT = 270  #: Height of letters, in units of the picture.
@@ -39,7 +39,9 @@ class Canvas:
 
     def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
         (self.left, bottom), (right, self.top) = elements.box(marks, 1.0).tolist()
-        self.pixels = _PIXELS if len(elements.assembly.joints.extent) < MANY else _PIXELS_OF_MANY
+        self.pixels = (
+            _PIXELS_PER_POINT if len(elements.assembly.joints.extent) < MANY else _PIXELS_PER_POINT_OF_MANY
+        )
         self.scale = SIDE / max(right - self.left, self.top - bottom)
         self.width = round((right - self.left) * self.scale)
         self.height = round((self.top - bottom) * self.scale)
@@ -57,7 +59,7 @@ class Canvas:
     def moves(self, motion: np.ndarray) -> str:
         """Return the attribute ``data-motion`` of a motion, shape (3,); "" if the motion is invisible."""
         vx, vy, omega = self.motions(motion).tolist()
-        if abs(vx) + abs(vy) + SIDE * abs(omega) < _STILL:
+        if abs(vx) + abs(vy) + SIDE * abs(omega) < _LEAST_DRAWN_MOTION:
             return ""
         return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
 
@@ -103,7 +105,7 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
         range(len(shapes)), lambda block: (movable[block], moves[block])
     ):
         paths = "".join(_path(drawn[block]) for block in run)
-        support = f' fill="{FIXED}" stroke="none" class="fixed"'
+        support = f' fill="{SUPPORT_COLOUR}" stroke="none" class="fixed"'
         groups.append(f"<g{motion if is_movable else support}>{paths}</g>")
     width = f"{canvas.pixels * elements.outline_width:.2g}"
     blocks = {"fill": BLOCK, "fill_rule": "evenodd", "stroke": "#000", "stroke_width": width}
@@ -170,7 +172,7 @@ def _polyline(points: np.ndarray, closed: bool = False) -> str:
     return text.replace(" -", "-")
 
 
-def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, object]:
+def _stroke(marks: Marks, pixels: float = _PIXELS_PER_POINT) -> dict[str, object]:
     """Return the SVG attributes of marks.
 
     ``pixels`` is the number of pixels for each point of the marks' width.
@@ -191,7 +193,7 @@ def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, object]:
 def legend_svg(marks: Iterable[Marks]) -> list[str]:
     """Return the SVG entries of a legend: block, support, and one entry for each label of the marks."""
     block = f'<path fill="{BLOCK}" stroke="#000" d="M1 1h26v10h-26z"/>'
-    support = f'<path fill="{FIXED}" d="M1 1h26v10h-26z"/>'
+    support = f'<path fill="{SUPPORT_COLOUR}" d="M1 1h26v10h-26z"/>'
     hatching = f'<path stroke="{HATCH}" d="M3 11l10-10M11 11l10-10M19 11l8-8"/>'
     entries = [_entry(block, "block"), _entry(support + hatching, "support")]
     samples = {"line": "M3 6h22", "arrow": "M4 6h14M18 2.5L25 6l-7 3.5z", "cross": "M11 3l6 6m0-6l-6 6"}

@@ -121,13 +121,13 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
 
 #: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: the slack, the row that
 #: defines the slack, the product of slack and rate, and the row paired with the rate.
-_PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
+_PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 _ILLEGAL = r"[^A-Za-z0-9_.]"  #: Characters that some solvers reject in names of LP files.
 #: Largest number of characters of a label. Names in LP and MPS files have at most 255 characters, including
 #: their prefix.
 _LONGEST_LABEL = 200
 #: Name prefixes of the variables ("q") and rows ("compatibility") of a joint, by dimension.
-_OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
+_JOINT_PREFIXES: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
     3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
 }
@@ -185,7 +185,7 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
     dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
     faces = [*_faces(assembly.problem, joints, limited)]
     by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
-    for component, kinds in _OF_JOINTS[dimension].items():
+    for component, kinds in _JOINT_PREFIXES[dimension].items():
         by_component[component] = [kind + label for kind in kinds for label in joints]
         by_component[component] += [_OF_LIMITED[component] + label for label in limited]
     for component, kinds in _OF_BLOCKS[dimension].items():
@@ -197,7 +197,7 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
         named += zip(declared.values(), by_component[declared.local_name], strict=True)
     pairs = program.component("complementarity")
     if pairs is not None:
-        for part, kind in _PAIR.items():
+        for part, kind in _PAIR_NAMES.items():
             parts = (pair.component(part) for pair in pairs.values())
             named += zip(parts, (f"{kind}_{face}" for face in faces), strict=True)
     return {id(data): name for data, name in named if data is not None}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.drawing.colours import BLOCK, FIXED
+from masonry_opt.drawing.colours import BLOCK, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import START, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.errors import OptionError
@@ -108,7 +108,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
         # Faces are convex: a fan of triangles from the first corner covers each face.
         triangles = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, triangles, process=False)
-        colour = trimesh.visual.color.hex_to_rgba(FIXED if fixed else BLOCK)
+        colour = trimesh.visual.color.hex_to_rgba(SUPPORT_COLOUR if fixed else BLOCK)
         look = {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 1.0}
         material = trimesh.visual.material.PBRMaterial(**look)
         mesh.visual = trimesh.visual.TextureVisuals(material=material)

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
-from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
+from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGING_COLOUR, JOINT, SEPARATING_COLOUR
 from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
@@ -19,7 +19,7 @@ from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
-from masonry_opt.finite_motion.path import HingingPath, Step
+from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 #: Largest relative difference between the live load of a kinematic check and the weight of the loaded blocks.
 _WEIGHT_TOLERANCE = 1e-2
 #: Largest vertical share of a live load that counts as horizontal in a kinematic check.
-_LEVEL_TOLERANCE = 1e-6
+_HORIZONTAL_LOAD_TOLERANCE = 1e-6
 #: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. A
 #: control point with a smaller rate is refused.
 _LEAST_RATE = 1e-6
 #: Legend entry, colour and marker of the events that a picture marks, by code.
 _MARKED_EVENTS = {
-    Code.JOINT_OPENS: ("a joint opens", HINGES, "o"),
+    Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
 #: Names of the parts of a scene for which no capacity curve can be computed, by the role of their forces.
@@ -166,7 +166,7 @@ class Capacity:
 
     result: Result
     end: Reason
-    steps: tuple[Step, ...] = field(repr=False)
+    steps: tuple[PathState, ...] = field(repr=False)
     motion: np.ndarray = field(repr=False)
     dead: Forces = field(repr=False)
     live: Forces = field(repr=False)
@@ -332,7 +332,7 @@ class Capacity:
         size = lengths(live)
         weight = float((dead @ down)[size > 0].sum())
         share = float(size.sum()) / weight if weight > 0 else np.inf
-        level = np.abs(live @ down).max() <= _LEVEL_TOLERANCE * size.max()
+        level = np.abs(live @ down).max() <= _HORIZONTAL_LOAD_TOLERANCE * size.max()
         return None if level and abs(share - 1) <= _WEIGHT_TOLERANCE else share
 
     def plot(self, row: int | None = None) -> "Picture":
@@ -389,13 +389,13 @@ class Capacity:
         hinged = joints["state"] == "hinged"
         if hinged.any():
             place = joints.loc[hinged].filter(list("xyz")).to_numpy() - assembly.geometry.origin
-            marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, place[:, None]))
+            marks.append(Marks("hinges", "hinging joint", "dot", HINGING_COLOUR, 5.2, place[:, None]))
         separated = (joints["state"] == "separated").to_numpy()
         if plane and separated.any():
             ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[separated]
             blocks = assembly.joints.first[separated], assembly.joints.second[separated]
             sides = np.concatenate([placed(ends, poses[block][:, None]) for block in blocks])
-            marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, sides))
+            marks.append(Marks("separates", "separated joint", "line", SEPARATING_COLOUR, 1.6, sides))
         at = numeral(state["displacement"], ".4g")
         heading = f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of {at}, to scale"
         return elements_picture(

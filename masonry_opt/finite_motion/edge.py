@@ -12,7 +12,7 @@ from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.moved_blocks import least_missed, moved, overlapping, placed, turned
-from masonry_opt.finite_motion.path import BORNE, Step
+from masonry_opt.finite_motion.path import BORNE, PathState
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
@@ -61,7 +61,7 @@ class EdgePath:
         self._find_edge(result)
         self.motion = self.turns[:-1, None] * np.append(np.cross(self.foot, self.axis), self.axis)
         touch = ~self.round[self.assembly.joints.joint] | self.on_edge
-        self.steps = [Step(0 * self.motion, result.required(), touch)]
+        self.steps = [PathState(0 * self.motion, result.required(), touch)]
         turning = float(np.divide(*self._moments(0.0)))
         if same(turning, result.required()):
             self.end = self._follow(count)

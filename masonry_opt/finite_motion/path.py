@@ -42,7 +42,7 @@ _LEAST_SPEED = 1e-7
 #: scene.
 _PROBE_STEP = 1e-5
 #: Largest number of states of a path; a longer path ends with the reason "still carries".
-_MOST_STEPS = 2000
+_MOST_PATH_STATES = 2000
 #: Largest number of consecutive events in one position; after more events the mechanism counts as locked.
 _MOST_EVENTS = 20
 #: Ratio to the largest singular value below which a singular value is zero. Joints that share a hinge make
@@ -59,7 +59,7 @@ _DIVERGED = 1e3
 
 
 @dataclass(frozen=True)
-class Step:
+class PathState:
     """State on the path of a mechanism.
 
     The states of a finished path are in the units of the case. While a path in the plane is followed, its
@@ -248,7 +248,7 @@ class HingingPath:
         corners = self.blocks.corner.reshape(-1, 2)
         self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
         self.motion = np.zeros((len(self.assembly.scene.blocks), 3))
-        self.steps = [Step(0 * self.motion, onset, self.blocks.at_rest)]
+        self.steps = [PathState(0 * self.motion, onset, self.blocks.at_rest)]
         try:
             self._onset(result)
             self._follow()
@@ -303,9 +303,9 @@ class HingingPath:
 
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
         """Append a state to the path; end the path if it has too many states."""
-        if len(self.steps) >= _MOST_STEPS:
+        if len(self.steps) >= _MOST_PATH_STATES:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
-        self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
+        self.steps.append(PathState(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
         """Return the corners that stay in contact in the motion of an optimum, shape (joints, 2).
@@ -319,7 +319,7 @@ class HingingPath:
             raise _PathEnded(reason(Code.LOCKS))
         return stays
 
-    def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
+    def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
         """Return the stretch that begins at a state, with its tangent in the sense of the possible motion.
 
         If corners open, the sense is the one in which these corners open. Otherwise the motion continues in

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Answer, FinalState, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
@@ -21,7 +21,7 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
 #: Name in a result's ``solvers`` for the associative load factor that is added to a Coulomb answer.
-_BESIDE = "associative"
+_ASSOCIATIVE_PURPOSE = "associative"
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
@@ -55,7 +55,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         from masonry_opt.standing.diagnosis import no_optimum
 
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
-        return replace(solution, status=status, reasons=(why,), found=Found(forms=problem.forms))
+        return replace(solution, status=status, reasons=(why,), found=FinalState(forms=problem.forms))
     reasons = (reason(Code.STOPPED_SHORT, word=word),) if answer.solved.failed else ()
     return replace(solution, reasons=reasons, found=state)
 
@@ -106,7 +106,7 @@ def with_associative(task: Task, of: Solution) -> Solution:
         if answer is not None:
             return replace(of, associative=answer.load_factor, associative_ended=Status.OPTIMAL)
         own = Task(task.problem, kept=task.kept)
-        task.effort.uses(own.solver.name, _BESIDE)
+        task.effort.uses(own.solver.name, _ASSOCIATIVE_PURPOSE)
         solution = associative(own, by_chords=True).accepted()
     return replace(of, associative=solution.load_factor, associative_ended=solution.status)
 
@@ -119,8 +119,10 @@ def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
     """
     if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
         return None
-    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=SEARCH.smallest_entry)
-    effort.uses("highs", _BESIDE)
+    statics = HighsSession(
+        programs(problem)[0], Effort(), _ASSOCIATIVE_PURPOSE, small_matrix_value=SEARCH.smallest_entry
+    )
+    effort.uses("highs", _ASSOCIATIVE_PURPOSE)
     statics.set_costs("load_factor", np.array([-problem.live_norm]))
     if statics.solve() is not Verdict.OPTIMAL:
         return None

@@ -18,7 +18,7 @@ from pydantic import Field, InstanceOf, Strict, model_validator
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found, certified
+from masonry_opt.answer.answer import FinalState, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.nonassociative import nonassociative
@@ -211,8 +211,8 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     failed = history[-1]
     ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
     if last is not None:
-        return replace(ending, found=Found(q=last.q, d=last.d, slope=problem.dilatancy))
-    found = Found() if start is None else Found(q=start.q, d=start.d)
+        return replace(ending, found=FinalState(q=last.q, d=last.d, slope=problem.dilatancy))
+    found = FinalState() if start is None else FinalState(q=start.q, d=start.d)
     return replace(ending, found=found).telling(reason(Code.NOTHING_SOLVED))
 
 

@@ -32,21 +32,21 @@ from masonry_opt.methods.associative import associative
 from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, in_units_of_load
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
 #: Work of the live load, and energy z·p, that count as zero, relative to the work of the dead load. Sliding
 #: in the loop contracts by 10⁻³ μ, which leads to such energies.
-_ROUNDING = 1e-3
+_NEGLIGIBLE_WORK = 1e-3
 
 #: Values of σ, the growing share of the dead load, in the order of trial if the mechanism does not move
 #: against the live load. With a smaller σ the loop fails more often: with 0.5 on 11 of 67 random scenes, with
 #: 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
-_SHARES = 0.75, 0.5
+_DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, most often is the
 #: answer.
-_MOST = 8
+_MOST_LOAD_FACTORS = 8
 
 #: Names of the fields in a method's step records that hold load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
@@ -73,7 +73,7 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
     if load_factor_and_work is None:
         return None
     upper, work = load_factor_and_work
-    shares = (share + (1 - share) * max(-work, 0.0) for share in _SHARES)
+    shares = (share + (1 - share) * max(-work, 0.0) for share in _DEAD_LOAD_SHARES)
     solutions = (_growing(task, run, upper, share) for share in shares)
     solution = next((solution for solution in solutions if solution is not None), None)
     if solution is None or solution.answer is None:
@@ -99,11 +99,11 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
     problem = task.problem
     alike = not problem.face_cohesion.any() and not problem.dilatancy_depends_on_stress
     load_factor, last = upper, (0.0, 0.0)
-    for _ in range(_MOST):
+    for _ in range(_MOST_LOAD_FACTORS):
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=Kept(), incremental=None)).accepted()
+        solution = run(replace(task, problem=moved, kept=ProgramCache(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None
@@ -112,7 +112,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         # λ is zero for loads of size zero.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
-        if min(size, load_factor) <= ZERO or work > _ROUNDING:
+        if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
             # Scaling forces and velocities does not change the residuals, which are relative to loads and
@@ -147,7 +147,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     slope = problem.dilatancy_at(problem.normal_forces(answer.q))
     energy = problem.energy(answer.q, problem.rates(d, slope))
     work = _live_work(problem, answer.load_factor, d)
-    if max(energy / float(problem.dead @ d), work) > _ROUNDING:
+    if max(energy / float(problem.dead @ d), work) > _NEGLIGIBLE_WORK:
         return None
     return answer.load_factor, work
 

@@ -14,13 +14,21 @@ from pydantic import ValidationError
 
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
-from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
+from masonry_opt.solvers.registry import (
+    MATRICES,
+    MODELS,
+    SOLVER_TOLERANCE,
+    SOLVERS,
+    Solver,
+    capable,
+    find_solver,
+)
 
 #: Properties of scenes that are not supported by methods with constant dilatancy.
 _VARYING = frozenset({"dilatancy"})
 
 #: Properties of scenes that method "global" does not support.
-_MOST = _VARYING | {"strength", "forces", "space"}
+_REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
 #: Solvers of the loop, by model. Interior-point methods come first: at a vertex some joints have no normal
 #: force, and the loop would lock these joints.
@@ -48,7 +56,11 @@ _ALL = (
     _own("incremental", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
     _lowest(
-        "global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST
+        "global",
+        "bracket.bracket:global_search",
+        "bracket.bracket:GlobalOptions",
+        _PYOMO,
+        refuses=_REFUSED_BY_GLOBAL,
     ),
 )
 
@@ -65,7 +77,7 @@ FORMER_METHODS = {
 }
 
 #: Arguments of ``solve`` and of other functions that are not options of a method. Errors may suggest them.
-_BESIDE = (
+_OTHER_ARGUMENTS = (
     "scene",
     "method",
     "model",
@@ -171,7 +183,7 @@ class HowToSolve:
                 f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
                 f"supports it: {_names(lambda other: not other.own_tolerances)}"
             )
-        return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
+        return find_solver(model, name, SOLVER_TOLERANCE if self.tolerance is None else self.tolerance)
 
     @cached_property
     def of_dead_load(self) -> Solver:
@@ -188,7 +200,7 @@ def _instead(option: str, known: Iterable[str]) -> str:
     homes = _homes(option)
     if homes:
         return f"; methods that have it: {', '.join(homes)}"
-    close = difflib.get_close_matches(option, [*known, *_BESIDE], n=1)
+    close = difflib.get_close_matches(option, [*known, *_OTHER_ARGUMENTS], n=1)
     if close:
         return f"; did you mean '{close[0]}'?"
     others = [name for method in METHODS.values() if method.options for name in method.options.model_fields]

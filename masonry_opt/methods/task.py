@@ -11,7 +11,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
 #: Function that is called with the record of each step of a method.
@@ -38,7 +38,7 @@ class Task:
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
     #: Compiled programs of earlier analyses, which problems with other laws of the joints can reuse.
-    kept: Kept = field(default_factory=Kept)
+    kept: ProgramCache = field(default_factory=ProgramCache)
     #: Solution of the same problem by method "incremental"; None if that method is switched off.
     incremental: Solution | None = None
 

@@ -20,7 +20,7 @@ _CHORDS_PER_SIDE = 12
 _LOW_KNOTS = 4
 
 
-class Chords(NamedTuple):
+class ChordCoefficients(NamedTuple):
     """Lines m ≤ L/2 (slope · n + constant · f_c L) that bound the moment of a joint of limited strength.
 
     The lines, shape (chords,) each, form a polygon inside the parabola |m| ≤ n (L/2 − n / (2 f_c)), so that
@@ -49,7 +49,7 @@ _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
 #: The chords between neighbouring knots.
-CHORDS = Chords(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
+CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
 #: Largest relative error of the moment by chords instead of the parabola. The chords next to the vertex reach
 #: this error.
@@ -113,7 +113,7 @@ def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 #: Number of force components of a joint: two normal forces and one shear in the plane, one normal force and
 #: two shears in space.
-KINDS = 3
+FORCE_COMPONENTS = 3
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ class Faces:
         self.crushing = crushing
         self._joint_of_chord = np.repeat(crushing, len(CHORDS.slope))
         self.below, self.above = map(np.flatnonzero, bounded)
-        self.width: int = KINDS * joints + len(bounded[0])
+        self.width: int = FORCE_COMPONENTS * joints + len(bounded[0])
         counts = [
             len(layout.senses) * len(sliding),
             layout.points * joints,
@@ -269,7 +269,7 @@ class Faces:
         """
         points = self.layout.points
         forces = np.append(self.below, self.above)
-        limited = selection(KINDS * self.joints + forces, self.width)
+        limited = selection(FORCE_COMPONENTS * self.joints + forces, self.width)
         limited.data[len(self.below) :] = -1.0
         rocking = points * selection(np.arange(points * self.joints), self.width)
         total = self.normal_sums[self._joint_of_chord]
@@ -294,13 +294,13 @@ class Faces:
         k = len(self.sliding)
         rest = self.R
         senses, shears = self.layout.senses.shape
-        entries = np.empty((senses, k, KINDS))
+        entries = np.empty((senses, k, FORCE_COMPONENTS))
         entries[..., :-shears] = self.layout.factor * slope[:, None]
         entries[..., -shears:] = -self.layout.senses[:, None, :]
-        columns = np.add.outer(self.sliding, np.arange(KINDS) * self.joints)
+        columns = np.add.outer(self.sliding, np.arange(FORCE_COMPONENTS) * self.joints)
         values = np.append(entries.ravel(), rest.data)
         indices = np.concatenate([np.tile(columns.ravel(), senses), rest.indices])
-        starts = np.arange(0, entries.size, KINDS, dtype=rest.indptr.dtype)
+        starts = np.arange(0, entries.size, FORCE_COMPONENTS, dtype=rest.indptr.dtype)
         parts = values, indices, np.append(starts, entries.size + rest.indptr)
         matrix = sp.csr_array(parts, shape=(self.count, rest.shape[1]))
         matrix.eliminate_zeros()

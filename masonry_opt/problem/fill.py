@@ -11,13 +11,13 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import LoadedPiece, along, resultants
 from masonry_opt.scene.geometry import Geometry, Profile, profile_below
-from masonry_opt.scene.loads import KINDS
+from masonry_opt.scene.loads import LOAD_KINDS
 from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
 
 #: Largest rise of an edge, relative to its length, at which the edge counts as level. With a smaller value,
 #: earth pressure would act on level edges whose coordinates are rounded.
-_LEVEL_TOLERANCE = 1e-9
+_LEVEL_EDGE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class FilledPiece:
         """Return the difference in height between the ends of the piece, or 0 if the piece is level."""
         up = abs(float(self.ends[1, 1] - self.ends[0, 1]))
         length = float(np.hypot(*(self.ends[1] - self.ends[0])))
-        return up if up > _LEVEL_TOLERANCE * length else 0.0
+        return up if up > _LEVEL_EDGE_TOLERANCE * length else 0.0
 
     @property
     def weight(self) -> float:
@@ -160,7 +160,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
     The arrays of the kinds "dead" and "live" have shape (blocks, 3), in the scene's units. In an earthquake
     the mass of the fill pushes the blocks too.
     """
-    factor = {kind: scene.factor(kind, "fill") for kind in KINDS}
+    factor = {kind: scene.factor(kind, "fill") for kind in LOAD_KINDS}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}
     shaking = scene.shaking
     if shaking is not None:

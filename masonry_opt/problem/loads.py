@@ -11,7 +11,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.geometry import Extents
-from masonry_opt.scene.loads import KINDS, EdgeLoad, Kind
+from masonry_opt.scene.loads import LOAD_KINDS, EdgeLoad, Kind
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import AnyBlock
@@ -237,7 +237,7 @@ def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.n
     """
     blocks, dimension = shapes.centroid.shape
     columns = dimension + moments_in(dimension)
-    total: dict[str, np.ndarray] = {kind: np.zeros((blocks, columns)) for kind in KINDS}
+    total: dict[str, np.ndarray] = {kind: np.zeros((blocks, columns)) for kind in LOAD_KINDS}
     for piece in pieces:
         ends, intensity = piece.ends, piece.intensity
         line = ends[1] - ends[0]
@@ -361,7 +361,7 @@ def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, n
 
     In an earthquake the mass of the load adds a live part.
     """
-    factor = {kind: scene.factor(kind, load.kind, load.group) for kind in KINDS}
+    factor = {kind: scene.factor(kind, load.kind, load.group) for kind in LOAD_KINDS}
     acting = {kind: times * intensity for kind, times in factor.items() if times}
     shaking = scene.shaking
     earthquake = scene.shaken_by

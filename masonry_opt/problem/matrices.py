@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.problem.faces import KINDS, PLANE, Bounded, Faces, Layout, space
+from masonry_opt.problem.faces import FORCE_COMPONENTS, PLANE, Bounded, Faces, Layout, space
 from masonry_opt.problem.limited_forces import LimitedForce, columns
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
@@ -85,7 +85,7 @@ class Matrices:
         row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
         # Drop the rows of fixed blocks, and exact zeros such as those of axis-aligned joints.
         stored = (row >= 0) & (value != 0)
-        shape = layout.rows * len(movable), KINDS * count
+        shape = layout.rows * len(movable), FORCE_COMPONENTS * count
         B = sp.csr_array((value[stored], (row[stored], column[stored])), shape=shape)
         if limited:
             B = sp.hstack([B, columns(limited, shapes.centroid, movable, length_unit)], format="csr")
@@ -101,17 +101,17 @@ class Matrices:
     @property
     def joints(self) -> int:
         """Return the number of joints, c; in space the number of contact points."""
-        return (self.B.shape[1] - self.limited) // KINDS
+        return (self.B.shape[1] - self.limited) // FORCE_COMPONENTS
 
     @cached_property
     def of_joints(self) -> sp.csr_array:
         """Return the columns of B for the joint forces, shape (3b, 3c)."""
-        return self.B[:, : KINDS * self.joints] if self.limited else self.B
+        return self.B[:, : FORCE_COMPONENTS * self.joints] if self.limited else self.B
 
     @cached_property
     def of_limited(self) -> sp.csr_array:
         """Return the columns of B for the limited forces, shape (3b, t)."""
-        return self.B[:, KINDS * self.joints :]
+        return self.B[:, FORCE_COMPONENTS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
         """Return the yield conditions for given sliding joints, crushing joints and limited forces.
@@ -132,7 +132,7 @@ class Matrices:
 
         The argument has values of all columns of B, shape (3c + t,).
         """
-        return of_columns[: len(of_columns) - self.limited].reshape(KINDS, -1)
+        return of_columns[: len(of_columns) - self.limited].reshape(FORCE_COMPONENTS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
         """Return the limited forces, or their motions, shape (t,), from values of all columns of B.

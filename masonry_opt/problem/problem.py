@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
-from typing import Any, Generic, TypeVar, cast
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,27 +26,6 @@ class State:
 
 #: Arrays that are constants of a compiled program. Problems that differ in one of them need another program.
 _PROGRAM_CONSTANTS = ("dead", "live", "settled", "crushing_force", "lowest", "highest")
-
-
-_T = TypeVar("_T")
-
-
-class Of(property, Generic[_T]):
-    """Read-only property that returns an attribute of a component of the object.
-
-    ``part`` is the name of the component. The attribute has the same name there, unless ``name`` is given.
-    """
-
-    def __init__(self, part: str, name: str = "") -> None:
-        super().__init__()
-        self._part = part
-        self._name = name
-
-    def __set_name__(self, _: type, name: str) -> None:
-        self._get = attrgetter(f"{self._part}.{self._name or name}")
-
-    def __get__(self, whole: Any, _: type | None = None) -> _T:  # type: ignore[override]
-        return cast(_T, self if whole is None else self._get(whole))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
 #: Largest relative difference of lengths that counts as rounding. An arch is a semicircle if its rise exceeds
 #: half the span by less than this.
-_LENGTH_TOLERANCE = 1e-9
+_ARCH_LENGTH_TOLERANCE = 1e-9
 
 
 class Stone(NamedTuple):
@@ -118,17 +118,17 @@ class ArchRing(AnyGenerator):
         for angle, turn in self._ends:
             foot = self.thickness * -turn * math.cos(angle)
             up = math.sin(angle)
-            if up <= _LENGTH_TOLERANCE or foot < -_LENGTH_TOLERANCE * self.thickness:
+            if up <= _ARCH_LENGTH_TOLERANCE or foot < -_ARCH_LENGTH_TOLERANCE * self.thickness:
                 yield "'skewbacks' need feet that slope upwards to the outside; omit them for level feet"
                 return
-            if self.skewbacks < foot * (1 - _LENGTH_TOLERANCE):
+            if self.skewbacks < foot * (1 - _ARCH_LENGTH_TOLERANCE):
                 yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
                 return
 
     @property
     def _is_pointed(self) -> bool:
         """Return True if the arch is pointed."""
-        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _LENGTH_TOLERANCE))
+        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ARCH_LENGTH_TOLERANCE))
 
     @property
     def _arc(self) -> _Arc:

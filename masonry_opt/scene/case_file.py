@@ -13,7 +13,7 @@ from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import NonNegative, Text
 from masonry_opt.scene.drawings.stones import AsDrawn
-from masonry_opt.scene.generator import MOST_BLOCKS, AnyGenerator, Generator, SolidGenerator
+from masonry_opt.scene.generator import MOST_BLOCKS_GENERATED, AnyGenerator, Generator, SolidGenerator
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_values
 from masonry_opt.scene.scene import Scene
@@ -62,8 +62,8 @@ class CaseFile(SceneKeys):
         flat = self._of(Generator)
         solid = self._of(SolidGenerator)
         size = sum(generator.size for generator in [*flat, *solid])
-        if size > MOST_BLOCKS:
-            yield f"its generators build about {size} blocks; at most {MOST_BLOCKS} are allowed"
+        if size > MOST_BLOCKS_GENERATED:
+            yield f"its generators build about {size} blocks; at most {MOST_BLOCKS_GENERATED} are allowed"
         plane = self._plane_content(flat)
         space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):

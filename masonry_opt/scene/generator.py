@@ -12,7 +12,7 @@ from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Posi
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
 #: Largest number of blocks, openings and gaps of a generator. Larger scenes cannot be solved.
-MOST_BLOCKS = 100_000
+MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
@@ -27,7 +27,7 @@ Widths = Annotated[
 CLOSER = 0.25
 
 #: Largest length, relative to a stone, that counts as rounding.
-_LENGTH_TOLERANCE = 1e-9
+_STONE_LENGTH_TOLERANCE = 1e-9
 
 #: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.
 Shape = dict[str, Any]
@@ -50,8 +50,8 @@ class AnyGenerator(Record):
     kind: ClassVar[type[Body]]  #: Class of its blocks.
 
     def _mistakes(self) -> Iterator[str]:
-        if self.size > MOST_BLOCKS:
-            yield f"has {self.size} blocks; at most {MOST_BLOCKS} are allowed"
+        if self.size > MOST_BLOCKS_GENERATED:
+            yield f"has {self.size} blocks; at most {MOST_BLOCKS_GENERATED} are allowed"
 
     @property
     def size(self) -> int:
@@ -183,15 +183,15 @@ def cut(
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
         """Return the positions that are at least ``least`` stone lengths from both ends."""
-        least *= length * (1 - _LENGTH_TOLERANCE)
+        least *= length * (1 - _STONE_LENGTH_TOLERANCE)
         return [place for place in places if low + least < place < high - least]
 
     ends = [start, *within(joints, start, end, CLOSER), end]
-    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _LENGTH_TOLERANCE)]
+    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _STONE_LENGTH_TOLERANCE)]
     spares = [place for run in too_long for place in within(spare, *run, 0.5)]
     stones: list[tuple[float, float]] = []
     for low, high in pairwise(sorted([*ends, *spares])):
-        count = max(1, math.ceil((high - low) / length - CLOSER - _LENGTH_TOLERANCE))
+        count = max(1, math.ceil((high - low) / length - CLOSER - _STONE_LENGTH_TOLERANCE))
         between = [low + (high - low) * number / count for number in range(1, count)]
         stones += pairwise([low, *between, high])
     return stones
@@ -201,5 +201,5 @@ def every(length: float, start: float, end: float) -> list[float]:
     """Return positions of joints at distances of one stone, from ``start`` up to ``end``."""
     return [
         start + number * length
-        for number in range(math.floor((end - start) / length + _LENGTH_TOLERANCE) + 1)
+        for number in range(math.floor((end - start) / length + _STONE_LENGTH_TOLERANCE) + 1)
     ]

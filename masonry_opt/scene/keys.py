@@ -26,7 +26,7 @@ _PARALLEL_TOLERANCE = 1e-9
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
 #: Text of error messages for the direction of an earthquake, by dimension.
-_DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
+_DIRECTION_FORMS = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 class SceneKeys(Record):
@@ -309,7 +309,7 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
     """Return the error message for a wrong direction of an earthquake; None if the direction is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
-        return f"'direction' needs {_DIRECTION[scene.dimension]}"
+        return f"'direction' needs {_DIRECTION_FORMS[scene.dimension]}"
     if scene.sideways(quake.towards) is None:
         return "'direction' must not be parallel to gravity"
     return None

@@ -10,7 +10,7 @@ from masonry_opt.scene.blocks import Name, NonNegative, Number, Point, Positive,
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
-KINDS: tuple[Kind, ...] = ("dead", "live")
+LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
 #: Tags for the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.

@@ -45,7 +45,7 @@ _PYTHON_MESSAGES = _MESSAGES | {
 }
 
 #: Largest number of lines in one error message. Further mistakes usually repeat earlier mistakes.
-_MOST_LINES = 20
+_MOST_MESSAGE_LINES = 20
 
 #: Largest number of characters of an error message that quotes names.
 _LONGEST_MESSAGE = 500
@@ -54,10 +54,10 @@ _LONGEST_MESSAGE = 500
 _LONGEST_QUOTE = 60
 
 #: Shortens the representation of values.
-_SHORT = reprlib.Repr()
-_SHORT.maxstring = _LONGEST_QUOTE
-_SHORT.maxother = _LONGEST_QUOTE
-_SHORT.maxlong = _LONGEST_QUOTE
+_SHORT_REPR = reprlib.Repr()
+_SHORT_REPR.maxstring = _LONGEST_QUOTE
+_SHORT_REPR.maxother = _LONGEST_QUOTE
+_SHORT_REPR.maxlong = _LONGEST_QUOTE
 
 #: Tags of alternative types, which pydantic includes in the location of an error.
 _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
@@ -71,7 +71,7 @@ def wrong_values(
     Each line begins with ``head``, by default the name of the record in errors.
     """
     head, mistakes = head or called(record, values), error.errors(include_url=False)
-    most_mistakes = _MOST_LINES - 1  # the last line counts the others
+    most_mistakes = _MOST_MESSAGE_LINES - 1  # the last line counts the others
     lines = [_line(dict(item), record, values) for item in mistakes[:most_mistakes]]
     more = len(mistakes) - len(lines)
     if more:
@@ -170,7 +170,7 @@ def _name(entry: Any) -> str:
 def _shown(value: Any) -> str:
     """Return a value as one short line of text, however large or nested the value is."""
     try:
-        return _one_line(_SHORT.repr(value).replace("\n", " "))
+        return _one_line(_SHORT_REPR.repr(value).replace("\n", " "))
     except ValueError:  # Python refuses to print integers of thousands of digits
         return "a number of thousands of digits"
 

@@ -26,13 +26,13 @@ _MOST_ENTRIES = 200_000
 
 #: Largest number of parts of a dotted key. Case files need three parts; the memory to parse a key grows with
 #: the square of this number.
-_MOST_PARTS = 9
+_MOST_KEY_PARTS = 9
 
 #: Regular expression for one part of a dotted key.
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 
 #: Regular expression for a dotted key with too many parts.
-_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_KEY_PARTS}}}")
 
 
 def as_path(path: str | Path, of: str, *ends: str) -> Path:
@@ -158,7 +158,7 @@ def _toml(text: str) -> Any:
     long_key = _LONG_KEY.search(text)
     if long_key:
         line = text.count("\n", 0, long_key.start()) + 1
-        raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
+        raise ValueError(f"a key has more than {_MOST_KEY_PARTS} parts (line {line})")
     return tomllib.loads(text, parse_float=_number)
 
 

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
-_VERDICTS = {
+_CVXPY_VERDICTS = {
     cp.OPTIMAL: Verdict.OPTIMAL,
     cp.INFEASIBLE: Verdict.INFEASIBLE,
     cp.UNBOUNDED: Verdict.UNBOUNDED,
@@ -90,7 +90,7 @@ class CvxpyEngine:
         effort.add("solve", seconds)
         effort.add("compile", max(elapsed - seconds, 0.0))  # time in which CVXPY passes the matrices
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
-        return Solved(_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
+        return Solved(_CVXPY_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
 
 
 def has_optimum(

@@ -111,7 +111,7 @@ class Driver:
 _T = TypeVar("_T")
 
 
-class Kept:
+class ProgramCache:
     """Cache of compiled programs and factorisations, one for each purpose.
 
     An entry serves other problems that differ only in friction, cohesion and dilatancy, for which

@@ -119,7 +119,7 @@ class LinearProgram:
 
 
 _STATUS = highspy.HighsModelStatus
-_VERDICTS = {
+_HIGHS_VERDICTS = {
     _STATUS.kOptimal: Verdict.OPTIMAL,
     _STATUS.kInfeasible: Verdict.INFEASIBLE,
     _STATUS.kUnbounded: Verdict.UNBOUNDED,
@@ -230,7 +230,7 @@ class HighsSession:
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
         self.effort.iterations += iterations_of(self._highs.getInfo())
-        return _VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
+        return _HIGHS_VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
 
     def values(self, variable: Any) -> np.ndarray:
         """Return the values of a variable at the last optimum."""

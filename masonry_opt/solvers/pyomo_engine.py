@@ -9,7 +9,7 @@ from pyomo.contrib.solver.solvers.highs import Highs
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
-_VERDICTS = {
+_PYOMO_VERDICTS = {
     TerminationCondition.convergenceCriteriaSatisfied: Verdict.OPTIMAL,
     TerminationCondition.provenInfeasible: Verdict.INFEASIBLE,
     TerminationCondition.unbounded: Verdict.UNBOUNDED,
@@ -67,7 +67,7 @@ class PyomoEngine:
         effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition
-        verdict = _VERDICTS.get(condition, Verdict.FAILED)
+        verdict = _PYOMO_VERDICTS.get(condition, Verdict.FAILED)
         if verdict is Verdict.OPTIMAL:
             with effort.measure("read"):
                 result.solution_loader.load_vars()

@@ -10,7 +10,7 @@ from typing import Any
 from masonry_opt.errors import OptionError
 
 #: Default feasibility and gap tolerance of every solver. Larger values cost digits of λ, smaller ones time.
-TOLERANCE = 1e-9
+SOLVER_TOLERANCE = 1e-9
 
 #: Modelling languages, with the default first.
 LANGUAGES = ("cvxpy", "pyomo")
@@ -56,7 +56,7 @@ class Solver:
 
     entry: SolverEntry
     options: dict[str, Any]
-    tolerance: float = TOLERANCE
+    tolerance: float = SOLVER_TOLERANCE
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the solver by its key, because the functions of its entry cannot be pickled."""
@@ -153,7 +153,7 @@ def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...
     return tuple(entry.name for entry in _ENTRIES if entry.language == language and has(entry))
 
 
-def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
+def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLERANCE) -> Solver:
     """Return the solver with the given name for a language, or the language's default solver.
 
     In CVXPY any other installed solver is accepted too; it keeps its own default tolerances.

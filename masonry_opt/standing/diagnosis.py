@@ -13,11 +13,11 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
 from masonry_opt.answer.acceptance import DEPARTS, ROUNDING, Kind
-from masonry_opt.answer.answer import Found
+from masonry_opt.answer.answer import FinalState
 from masonry_opt.answer.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
+from masonry_opt.answer.thresholds import DRIVES, LISTED_JOINT_SHARE, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import Senses
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
@@ -25,7 +25,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
@@ -79,14 +79,14 @@ class _Standing:
     forces: np.ndarray | None = None  #: last joint forces that carried the dead load, shape (3c,)
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """Return this program with the shear limits of another problem; see :class:`~.driver.Kept`."""
+        """Return this program with the shear limits of another problem, as ``ProgramCache`` needs it."""
         self.model.limits.set(ShearLimits.true(problem))
         self.engine.restart(effort)
         return self
 
 
 def falling_mechanism(
-    problem: Problem, solver: Solver, effort: Effort, kept: Kept | None = None
+    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
     """Return block velocities of a fall under dead load alone, shape (3b,); None if the scene is stable.
 
@@ -96,7 +96,7 @@ def falling_mechanism(
 
     Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
-    by_cone, kept = problem.by_cone, kept or Kept()
+    by_cone, kept = problem.by_cone, kept or ProgramCache()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
@@ -210,7 +210,7 @@ def locking_joints(
     else:
         return none
     order = np.argsort(-amount, kind="stable")
-    return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
+    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVES)]
 
 
 def _carrying_live_load(
@@ -322,7 +322,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         return [*reasons, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, d))]
     factor, above = _least_factor(problem, solver, effort)
     values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
-    unstable = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=falling))
+    unstable = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=FinalState(d=falling))
     slides = joint_motion(assembly, unstable).slides
     most_first = np.argsort(-assembly.most_of_joints(problem.slip_speed(falling)), kind="stable")
     pairs = assembly.pairs_of(most_first[slides[most_first]])
@@ -339,7 +339,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
-    largest_factor, kept = _LARGEST_FRICTION / largest, Kept(keeps=True)
+    largest_factor, kept = _LARGEST_FRICTION / largest, ProgramCache(keeps=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < largest_factor:
             factor = min(max(2.0, falls**2), largest_factor)

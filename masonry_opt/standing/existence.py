@@ -27,7 +27,7 @@ from masonry_opt.answer.answer import (
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import NAMED
+from masonry_opt.answer.thresholds import LISTED_JOINT_SHARE
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyMotion, CvxpyNoForces, CvxpyNoMotion
 from masonry_opt.problem.assembly import Assembly
@@ -46,11 +46,12 @@ _CUTS_UP_TO = 100
 #: joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
-_PURPOSE = "existence"  #: Name in a result's ``solvers`` for programs on the existence of a load factor.
+#: Name in a result's ``solvers`` for programs on the existence of a load factor.
+_EXISTENCE_PURPOSE = "existence"
 
 #: Rate above which a face counts as moving if the live load does the work Σ|f_L|. The value affects no proof,
 #: because the residual of each cut is at most ``PROOF``.
-_MOVES = 1e-9
+_MOVING_RATE = 1e-9
 
 #: Share of the largest Farkas multiplier above which a face belongs to a cut.
 _TO_BLAME = 1e-9
@@ -62,7 +63,7 @@ _OF_LATE = 200
 _OPEN = -1
 
 #: State of a face in a choice of moving faces: the face does not move.
-_STILL = 0
+_RESTING = 0
 
 #: State of a face in a choice of moving faces: the face moves and is at yield.
 _MOVING = 1
@@ -95,18 +96,18 @@ class Cuts:
         self._motion, self._no_motion = CvxpyMotion(problem), CvxpyNoMotion(problem, problem.dilatancy)
         self._no_forces = CvxpyNoForces(problem)
         self._mechanisms, self._kinematics, self._statics = (
-            HighsSession(model.program, effort, _PURPOSE)
+            HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
         # One matrix for each implied value: rows are cuts, and columns are faces. In every state, at least
         # one face of a cut has the implied value. There are at most as many cuts as programs.
-        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_STILL, _MOVING)}
-        self._count = {_STILL: 0, _MOVING: 0}
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
+        self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
         with suppress(_Undecided):
             self._refute(np.full(problem.faces, _OPEN))
             self.exclude = True
-        self.static, self.kinematic = self._count[_STILL], self._count[_MOVING]
+        self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
         """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
@@ -115,7 +116,7 @@ class Cuts:
             # Try the branch with the face at yield first, because few states of equilibrium agree with it.
             choice[branch] = _MOVING
             self._refute(choice.copy())
-            choice[branch] = _STILL
+            choice[branch] = _RESTING
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
@@ -130,15 +131,15 @@ class Cuts:
                 return None
             rates = self._mechanism(choice)
             if rates is None:
-                self._kinematic_cut(choice == _STILL)
+                self._kinematic_cut(choice == _RESTING)
                 return None
-            cut = self._static_cut(moving | (rates > _MOVES))
+            cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
                 raise _Undecided  # the moving faces can be at yield in one state
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
                 # The search ends soonest if it branches on the face that most of the latest cuts contain.
-                blame = self._rows[_STILL][max(self._count[_STILL] - _OF_LATE, 0) :].sum(axis=0)
+                blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
@@ -164,7 +165,7 @@ class Cuts:
         Faces that move by the choice are preferred, and faces that do not move by the choice are at rest.
         """
         p = self._motion.mechanism.p
-        self._mechanisms.set_most(p, np.where(choice == _STILL, 0.0, np.inf))
+        self._mechanisms.set_most(p, np.where(choice == _RESTING, 0.0, np.inf))
         self._mechanisms.set_costs(p, np.where(choice == _MOVING, 0.01, 1.0))
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
@@ -180,7 +181,7 @@ class Cuts:
             return None
         d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
         blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
-        self._keep(_STILL, static_residual(self.problem, d, p - r, blamed), blamed)
+        self._keep(_RESTING, static_residual(self.problem, d, p - r, blamed), blamed)
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
@@ -244,7 +245,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     if opposite:
         n = problem.normal_forces(ray[0] + opposite[0])
         order = np.argsort(-n, kind="stable")
-        stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
+        stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
     # In space the faces of cuts are sides of polygons inside the friction cones, so cuts prove nothing about
     # the cones.
@@ -267,7 +268,7 @@ def _ray(
     their residuals are too large for a proof.
     """
     model = CvxpyNoMotion(problem, slope)
-    session = HighsSession(model.program, effort, _PURPOSE)
+    session = HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
     session.set_most(model.v, np.zeros(problem.faces))
     if session.solve() is not Verdict.OPTIMAL:
         return None

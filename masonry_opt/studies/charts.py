@@ -24,7 +24,7 @@ __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", 
 
 _WIDTH = 620  #: Width of a chart on paper, in pixels.
 _PANEL = 230  #: Width and height of a panel on paper, in pixels.
-_COLUMNS = 4  #: Largest number of panels in a row.
+_MOST_PANELS_IN_ROW = 4  #: Largest number of panels in a row.
 _PANELS = 24  #: Largest number of panels on paper; notes state the total number.
 _ENTRY = 300  #: Width of a legend entry in pixels, from which the number of columns follows.
 _LETTER = 6  #: Mean width of a letter of the notes, in pixels.
@@ -59,7 +59,7 @@ class NamedChart:
         if self.panels:
             values = self._panels()
             chart = chart.transform_filter(alt.FieldOneOfPredicate(self.panels, values[:_PANELS]))
-            columns = min(_COLUMNS, len(values))
+            columns = min(_MOST_PANELS_IN_ROW, len(values))
             width = columns * _PANEL
             chart = chart.properties(width=_PANEL, height=_PANEL).facet(f"{self.panels}:N", columns=columns)
             if len(values) > _PANELS:

@@ -26,7 +26,7 @@ _BOUNDS = (
 )
 
 #: Remarks on an incremental load factor, by the code of how its load history ended.
-_ENDS = {
+_HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
@@ -37,7 +37,7 @@ _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for 
 _NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
 
 #: Meaning of each name of load factors, which sweeps and samples print below their results.
-_MEANINGS = {
+_LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states, not proven least",
     LEAST: "exact collapse states; proven: no state is lower",
     FOUND: "states that are not exact, or have a larger λ than the end of the load history; not proven least",
@@ -146,7 +146,7 @@ def named_factor(result: Outcome) -> str:
 
 def meaning(names: Iterable[str]) -> str:
     """Return the different names among given names of load factors, each with its meaning in brackets."""
-    return "; ".join(f"{name} ({_MEANINGS[name]})" for name in dict.fromkeys(names))
+    return "; ".join(f"{name} ({_LOAD_FACTOR_MEANINGS[name]})" for name in dict.fromkeys(names))
 
 
 def certainty(result: Outcome) -> str:
@@ -225,7 +225,7 @@ def _incremental_remark(result: Outcome) -> str:
     """Return text on how the load history ended, and on the load that moving blocks still carry."""
     state = result.solution.at_incremental
     assert state is not None
-    remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
+    remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
     if state.has(Code.RANGE):
         not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
         remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-_MOST_NAMED = 5  #: Largest number of names that a text lists; the remaining names are only counted.
+_MOST_LISTED_NAMES = 5  #: Largest number of names that a text lists; the remaining names are only counted.
 _LABEL_WIDTH = 16  #: Width of the labels at the beginning of lines, in characters.
 WARNING = "warning: "  #: Prefix of each line that states a warning.
 
@@ -30,8 +30,8 @@ def blocks(names: list[str]) -> str:
 
 def some(names: list[str]) -> str:
     """Return a text with the first five names and the number of the other names."""
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
+    more = f" and {len(names) - _MOST_LISTED_NAMES} more" if len(names) > _MOST_LISTED_NAMES else ""
+    return ", ".join(names[:_MOST_LISTED_NAMES]) + more
 
 
 def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:

@@ -11,7 +11,7 @@ from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
 
 #: Explanation of each residual of the certificate, as printed on a page.
-RESIDUALS = {
+RESIDUAL_MEANINGS = {
     "equilibrium": "out-of-balance forces, relative to the dead load",
     "yield": "excess over a yield condition (friction, compression, rocking), in block weights",
     "flow": "motion that violates the flow rule, relative to the largest velocity",
@@ -64,7 +64,7 @@ def certificate(result: Outcome) -> str:
         return f"<h2>Existence</h2>\n<p>{text(str(proven.existence))}</p>\n" if proven else ""
     limits = LIMITS[result.kind].as_dict()
     rows = "".join(
-        f'<tr><th scope="row">{name} <small>{RESIDUALS[name]}</small></th>'
+        f'<tr><th scope="row">{name} <small>{RESIDUAL_MEANINGS[name]}</small></th>'
         f'<td class="number">{numeral(value, ".1e")}</td><td class="number">{limits[name]:g}</td></tr>\n'
         for name, value in result.certificate.as_dict().items()
     )

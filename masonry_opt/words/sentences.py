@@ -42,14 +42,14 @@ def by_sides(layout: Layout) -> str:
 
 
 #: Names of residuals in messages, by the key of the residual.
-_RESIDUALS = {
+_RESIDUAL_NAMES = {
     "work": "work of forces out of balance",
     "block": "equilibrium of one block",
     "joint": "yield of one joint",
 }
 
 #: Descriptions of the joints that a message lists, by the status of the result.
-_OF_JOINTS = {
+_JOINT_DESCRIPTIONS = {
     Status.LOCKED: "joints that slide but cannot open as associative flow demands",
     Status.UNLIMITED: "joints that carry the live load",
     Status.JAMMED: "joints whose normal forces grow most",
@@ -186,7 +186,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 def _not_certified(v: dict[str, Any]) -> str:
     """State that the certificate does not verify a load factor, with the residuals and advice."""
     residuals = ", ".join(
-        "the live load does no work" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
+        "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
     not_verified = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
@@ -306,7 +306,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.CLAMPED: lambda v: (
         f"these joints carry the live load in both directions by self-stress that no load causes: {pairs(v)}"
     ),
-    Code.JOINTS: lambda v: f"{_OF_JOINTS[v['status']]}: {pairs(v)}",
+    Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
         "permanent forces (dead load, prestress, earth pressure) drive the mechanism; the live load only "
         "reduces the pressure on joints, and "

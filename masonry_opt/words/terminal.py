@@ -21,7 +21,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Names of table columns with residuals, which are printed in scientific notation with two digits.
-_RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
+_RESIDUAL_COLUMNS = (
+    "difference",
+    "equilibrium",
+    "yield",
+    "flow",
+    "kinematics",
+    "virtual_work",
+    "complementarity",
+)
 
 #: Pattern of a row of the table of load factors: two spaces, then a name. Other lines have more spaces.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
@@ -150,5 +158,13 @@ def _cell(column: str, value: object) -> str:
         return str(value)
     if math.isnan(value):
         return "–"
-    spec = ".1e" if column in _RESIDUALS else "+.3f" if "%" in column else ".2f" if "(s)" in column else ".5f"
+    spec = (
+        ".1e"
+        if column in _RESIDUAL_COLUMNS
+        else "+.3f"
+        if "%" in column
+        else ".2f"
+        if "(s)" in column
+        else ".5f"
+    )
     return numeral(value, spec)

@@ -12,7 +12,7 @@ from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.exact.search import Met, lower_of
+from masonry_opt.methods.exact.search import StateRecord, lower_of
 from masonry_opt.words.load_factors import certainty, load_factor_lines
 
 
@@ -56,7 +56,7 @@ def test_a_state_without_load_gives_way_to_one_above_and_is_told():
     """In space, of other self-stress, one block may turn about an edge that carries it: λ = 0 to 1e-9."""
     none, above = (SimpleNamespace(load_factor=found, exact=False) for found in (1.4e-9, 0.099))
     assert lower_of(none, above) is lower_of(above, none) is above
-    met = Met()
+    met = StateRecord()
     for state in (above, none):
         met.count(state)
         met.lowest = min(met.lowest, state.load_factor)

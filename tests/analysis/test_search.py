@@ -10,7 +10,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.methods.exact.search import Met, Search
+from masonry_opt.methods.exact.search import Search, StateRecord
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
 
@@ -63,7 +63,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     """Two rounds of the search: what is tried leads to exact states, of each kind at least once."""
     problem = assemble(small_wall(3, 2, **{"friction": 0.5} | joints)).problem
-    search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), Met())
+    search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), StateRecord())
     tried = list(islice(search.endless(None, 0), 24))
     assert {origin for origin, state in tried if state} == {origin for origin, _ in tried}
     assert max(state.answer.certificate.worst for _, state in tried if state) < EXACT

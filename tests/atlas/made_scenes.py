@@ -16,7 +16,7 @@ from atlas.random_scenes import KINDS, random_scene
 from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, NAMED, WRONG, claim_of, question_of
+from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, REASON_NAMED, WRONG, claim_of, question_of
 from masonry_opt.studies.compare.runs import content_of
 from masonry_opt.studies.runner import REFUSED
 
@@ -83,7 +83,7 @@ def judged_by_hand(summary: pd.DataFrame, expected: Mapping[str, Mapping[str, st
             said = row["reason"] or row["status"]
             judged.loc[at, ["verdict", "reason"]] = WRONG, f"{said} (right: {right})"
         elif right and claim == right != ANSWER:
-            judged.loc[at, "verdict"] = NAMED
+            judged.loc[at, "verdict"] = REASON_NAMED
     return judged
 
 

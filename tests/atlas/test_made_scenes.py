@@ -10,7 +10,7 @@ from lines import line
 from scenes import CASES
 
 from masonry_opt.answer.reasons import Status
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, summary
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, REASON_NAMED, WRONG, summary
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 
@@ -29,10 +29,10 @@ CONFINED, REFUSED = {"associative": Status.LOCKED, "Coulomb": "answer"}, {"assoc
 @pytest.mark.parametrize(
     ("known", "method", "claims", "verdicts"),
     [
-        (CONFINED, "static", [Status.LOCKED, Status.UNLIMITED, "answer"], [NAMED, WRONG, WRONG]),
+        (CONFINED, "static", [Status.LOCKED, Status.UNLIMITED, "answer"], [REASON_NAMED, WRONG, WRONG]),
         (CONFINED, "static", [Status.SOLVER_FAILED], [FAILED]),
         (CONFINED, "coulomb", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
-        (REFUSED, "static", ["refused", "answer"], [NAMED, WRONG]),
+        (REFUSED, "static", ["refused", "answer"], [REASON_NAMED, WRONG]),
     ],
 )
 def test_what_the_atlas_says_of_a_scene_decides_what_is_right(known, method, claims, verdicts):
@@ -54,6 +54,6 @@ def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
     comparison = benchmark.verdicts(benchmark.arguments(asked))
     large = {f"large/{family}_20_0" for family in LARGE}
     assert set(comparison.results["scene"]) == {"random/wall_0", *large}
-    assert set(comparison.summary["verdict"]) <= {CERTIFIED, NAMED}
+    assert set(comparison.summary["verdict"]) <= {CERTIFIED, REASON_NAMED}
     assert "random/wall_0" in comparison.best  # of the registry beside the atlas
     assert (tmp_path / "time_error_coulomb.png").stat().st_size > 1000

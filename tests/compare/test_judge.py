@@ -10,7 +10,7 @@ from masonry_opt.answer.answer import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare import judge as judging
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, BestKnown, judge
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, REASON_NAMED, WRONG, BestKnown, judge
 
 BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "coulomb")
@@ -99,13 +99,13 @@ FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, IN
 @pytest.mark.parametrize(
     ("known", "method", "claim", "verdict"),
     [
-        (FALLS, "static", Status.UNSTABLE, NAMED),
-        (FALLS, "coulomb", Status.UNSTABLE, NAMED),
+        (FALLS, "static", Status.UNSTABLE, REASON_NAMED),
+        (FALLS, "coulomb", Status.UNSTABLE, REASON_NAMED),
         (FALLS, "static", 0.5, WRONG),
         (FALLS, "nonassociative", 0.5, WRONG),
         (FALLS, "static", Status.UNLIMITED, WRONG),
-        (UNLIMITED, "static", Status.LOCKED, NAMED),
-        (UNLIMITED, "kinematic", Status.UNLIMITED, NAMED),
+        (UNLIMITED, "static", Status.LOCKED, REASON_NAMED),
+        (UNLIMITED, "kinematic", Status.UNLIMITED, REASON_NAMED),
         (UNLIMITED, "static", Status.UNSTABLE, WRONG),
         (UNLIMITED, "static", 0.5, WRONG),
         # Without dilatancy there may be a load factor all the same, or not.
@@ -136,7 +136,7 @@ def test_complementarity_is_relative(scale):
 def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
     row = line(method="coulomb", load_factor=None, status=status, existence=str(Existence.NO_STATE))
     judged = judge(row, UNLIMITED, None)
-    assert (judged["verdict"], judged["reason"]) == (NAMED, status)
+    assert (judged["verdict"], judged["reason"]) == (REASON_NAMED, status)
     row |= {"existence": str(Existence.UNBOUNDED)}
     assert judge(row, UNLIMITED, None)["verdict"] == FAILED
 

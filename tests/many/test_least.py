@@ -10,7 +10,7 @@ from scenes import CASES, WALLS, block_on_floor
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
-from masonry_opt.studies.many.runs import COLUMNS
+from masonry_opt.studies.many.runs import ANSWER_COLUMNS
 from masonry_opt.studies.many.standing import standing
 
 LOAD = {"load": 0.3, "method": "static", "samples": 1}
@@ -86,7 +86,7 @@ def test_least_friction_that_carries_a_load(method):
     found = mo.least(lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, method=method, samples=2)
     assert found.value == pytest.approx(0.3, rel=1e-7)
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
-    assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
+    assert found.history.columns.tolist() == ["value", "holds", "number", *ANSWER_COLUMNS]
     assert found.history["load_factor"].tolist() == [trial.number for trial in found.trials]
     assert found.history["incremental"].isna().all()
 

@@ -8,7 +8,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import Alternation
-from masonry_opt.methods.exact.refiner import ConeRefiner, OutOfTime
+from masonry_opt.methods.exact.refiner import ConeRefiner, RefinerTimeout
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WALL = corner_wall(2, 2, 2)
@@ -27,7 +27,7 @@ def start():
 def test_it_ends_after_the_program_in_which_its_deadline_passes(watched, start):
     refiner = cone_refiner(start.assembly.problem)
     programs = watched(CvxpyEngine, "solve", lambda _: setattr(refiner, "deadline", 0.0))
-    with pytest.raises(OutOfTime):
+    with pytest.raises(RefinerTimeout):
         refiner.state_near(start.solution.q)
     assert len(programs) == 1
 

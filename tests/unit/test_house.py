@@ -1,6 +1,7 @@
-"""The architecture of the package: no circles of imports, and no file of many purposes."""
+"""The architecture of the package: no circles of imports, no file of many purposes, names of one meaning."""
 
 import ast
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -26,6 +27,24 @@ def test_no_file_is_longer_than_one_reason_to_change():
     assert longer == {}
 
 
+def test_a_constant_has_one_value_in_the_package():
+    """A reader who knows a name from one file may expect its meaning in every other file."""
+    values: dict[str, set[str]] = defaultdict(set)
+    for path in files():
+        for name, value in constants_of(path):
+            values[name].add(value)
+    assert {name: several for name, several in values.items() if len(several) > 1} == {}
+
+
+def test_no_two_classes_share_a_name():
+    paths: dict[str, list[str]] = defaultdict(list)
+    for path in files():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                paths[node.name].append(path.relative_to(ROOT).as_posix())
+    assert {name: several for name, several in paths.items() if len(several) > 1} == {}
+
+
 def test_no_two_files_import_each_other():
     """Neither at once nor by way of others, at the top or where first needed."""
     modules = {module_of(path): path for path in files()}
@@ -36,6 +55,19 @@ def test_no_two_files_import_each_other():
     count, circle = connected_components(graph, connection="strong")
     together = [[name for name in modules if circle[number[name]] == one] for one in range(count)]
     assert [names for names in together if len(names) > 1] == []
+
+
+def constants_of(path: Path) -> Iterator[tuple[str, str]]:
+    """Names in capital letters that a file assigns at its top level, each with the code of its value."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign):
+            targets = node.targets
+        elif isinstance(node, ast.AnnAssign) and node.value is not None:
+            targets = [node.target]
+        else:
+            continue
+        names = [target.id for target in targets if isinstance(target, ast.Name)]
+        yield from ((name, ast.unparse(node.value)) for name in names if name.isupper())
 
 
 def module_of(path: Path) -> str:

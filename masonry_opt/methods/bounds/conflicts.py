@@ -21,7 +21,7 @@ from masonry_opt.problem.problem import Problem, Scaled
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
+_CONFLICTS_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
 
 #: Residual up to which HiGHS may call a program infeasible, as every conflict is verified afterwards. A
 #: smaller value leaves more programs undecided.
@@ -78,7 +78,7 @@ class Theory(ABC):
         self._session = HighsSession(
             lp,
             effort,
-            _PURPOSE,
+            _CONFLICTS_PURPOSE,
             presolve="off",
             simplex_scale_strategy=0,
             small_matrix_value=_SMALLEST_COEFFICIENT,

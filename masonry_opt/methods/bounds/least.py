@@ -8,7 +8,7 @@ from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.proof import Proof
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.methods.bounds.conflicts import Undecided
-from masonry_opt.methods.bounds.search import ConflictSearch, OutOfTime
+from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
@@ -81,7 +81,7 @@ class LeastProof:
             return True
         try:
             self._continue(time.perf_counter() + seconds, programs)
-        except OutOfTime:
+        except ConflictSearchTimeout:
             return False
         except Undecided as error:
             self.why = str(error)

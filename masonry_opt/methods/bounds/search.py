@@ -35,7 +35,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import in_units_of_load
 
 
-class OutOfTime(Exception):
+class ConflictSearchTimeout(Exception):
     """The time or the number of linear programs of the search is over."""
 
 
@@ -77,8 +77,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Search until the clauses leave no assignment.
 
         The search stops at a time of ``time.perf_counter``, or after a number of ``more`` linear programs. It
-        goes on with its clauses when it is run again. Raise OutOfTime if it stops, and Undecided if the
-        programs leave an assignment undecided.
+        goes on with its clauses when it is run again. Raise ConflictSearchTimeout if it stops, and Undecided
+        if the programs leave an assignment undecided.
         """
         self._ends, self._most_programs = ends, min(self._settings.most_programs, self.programs + more)
         self._stopped = self._clause = None
@@ -207,7 +207,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
-                raise OutOfTime
+                raise ConflictSearchTimeout
             moving, at_rest = self._values > 0, self._values < 0
             if self._motion is None or self._motion[0][at_rest].max(initial=0.0) > self._settings.zero:
                 self._motion = None

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found
+from masonry_opt.answer.answer import FinalState
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
@@ -78,7 +78,7 @@ def global_search(task: Task) -> Solution:
     best = min(load_factor for load_factor in upper_bounds if load_factor is not None)
     if a_little_above(best) <= 0:
         return start  # No load factor λ ≥ 0 exists.
-    found = start.found if exact else Found()
+    found = start.found if exact else FinalState()
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), found, bound=min(best, 0.0), solver=task.solver)
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)

@@ -29,7 +29,7 @@ _TIMES_LOADS = 10.0
 
 #: Size of rates and velocities above which a mechanism does not count: an infeasibility proof that excludes
 #: all smaller ones is accepted.
-_BEYOND = 1e9
+_LARGEST_MOTION = 1e9
 
 #: Tolerance of the interior point methods.
 _TOLERANCE = 1e-7
@@ -47,10 +47,10 @@ _COARSE = 0.05
 _FASTEST = 20.0
 
 #: Rate or velocity below which nothing moves.
-_MOVES = 1e-3
+_NEGLIGIBLE_MOTION = 1e-3
 
 #: Largest number of iterations of a program, if its time is not limited.
-_MOST_STEPS = 500
+_MOST_PROGRAM_ITERATIONS = 500
 
 #: Least time limit of a program, in seconds.
 LEAST_TIME = 1.0
@@ -61,7 +61,7 @@ RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Distance of the largest λ of the programs from the best known λ, relative to it. If zero, programs would
 #: have no interior.
-_ABOVE = 1e-4
+_LOAD_FACTOR_MARGIN = 1e-4
 
 #: Share of the gap above which a program that closes it is repeated with the tighter limits of forces that
 #: follow. Otherwise a program of more products follows, which takes three to ten times as long.
@@ -204,7 +204,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         verdict = session.solve()
         if verdict is Verdict.INFEASIBLE:
             value, shortfall = session.contradiction()
-            if value > _BEYOND * shortfall.sum():
+            if value > _LARGEST_MOTION * shortfall.sum():
                 continue  # No such mechanism exists.
         if verdict is not Verdict.OPTIMAL:
             return inf
@@ -300,7 +300,7 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
     products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
     products[i, k] = of_products
     motion, alone = products[one, :unit], products[factors.forces, unit]
-    moving = np.flatnonzero(np.abs(motion) > _MOVES)
+    moving = np.flatnonzero(np.abs(motion) > _NEGLIGIBLE_MOTION)
     divided = products[: len(alone), moving] / motion[moving]
     return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(divided.T), alone, divided.T))]
 
@@ -327,7 +327,11 @@ def _solved(
         # A presolved program that runs out of time would have no multipliers of the program itself. With the
         # augmented system, which HiPO may choose, HiPO stalls.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
-        options |= {"presolve": "off", "hipo_system": "normaleq", "ipm_iteration_limit": _MOST_STEPS}
+        options |= {
+            "presolve": "off",
+            "hipo_system": "normaleq",
+            "ipm_iteration_limit": _MOST_PROGRAM_ITERATIONS,
+        }
         solver = find_solver("cvxpy", name, _TOLERANCE)
         session = HighsSession(program, effort, "products", solver, **options)
         if name == "highs-hipo":
@@ -388,7 +392,7 @@ class Rising:
 
 def a_little_above(best: float) -> float:
     """Return the largest load factor of the programs, a little above the best known load factor."""
-    return best + _ABOVE * max(abs(best), 1e-3)
+    return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:

@@ -17,11 +17,18 @@ from masonry_opt.answer.solution import LogEntry, Solution
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
-from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, LeastProven, Loop, Step
+from masonry_opt.methods.coulomb.steps import (
+    CoulombStep,
+    ExactFrom,
+    FurtherStarts,
+    Incremental,
+    LeastProven,
+    Loop,
+)
 from masonry_opt.methods.task import Options, Task, of_same_scene
 
 #: Steps of the default method, in order.
-STEPS: tuple[Step, ...] = (
+STEPS: tuple[CoulombStep, ...] = (
     Incremental(),
     ExactFrom("incremental"),
     ExactFrom("associative"),

@@ -17,7 +17,7 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
-from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
@@ -115,7 +115,7 @@ class LowestState:
     def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis = analysis
-        self.met = Met()
+        self.met = StateRecord()
         simplex = self._problem.joints <= SEARCH.simplex_up_to and not self._problem.layout.round
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None

@@ -15,12 +15,12 @@ from masonry_opt.methods.coulomb.run import with_proof
 from masonry_opt.methods.exact.refiner import (
     ConeRefiner,
     ExactState,
-    OutOfTime,
+    RefinerTimeout,
     StateFinder,
     exact_state_of,
     refiner_of,
 )
-from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 
@@ -92,7 +92,7 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
             lowest.see("start", search.start(first.q))
         if limits.seconds is not None and first.proof is None:
             _search_on(search, lowest, limits)
-    except OutOfTime:
+    except RefinerTimeout:
         lowest.missed = Code.NO_TIME
     except KeyboardInterrupt:
         if limits.seconds is None or lowest.state is None:
@@ -102,7 +102,7 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
 
 
 def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
-    """Try starts until a state is low enough or proven least. Raises OutOfTime when the time is over.
+    """Try starts until a state is low enough or proven least. Raises RefinerTimeout when the time is over.
 
     On small scenes the starts and the search for a proof take turns, which are numbers of linear programs and
     not times: one seed then leads to the same states in the same order.
@@ -135,7 +135,7 @@ class _Lowest:
         self.interrupted = False  #: True if the user ended the search
         self.missed = Code.NOT_FOUND  #: reason for having no state
         self.history: list[LowerState] = []
-        self.met = Met()  #: states of all candidates
+        self.met = StateRecord()  #: states of all candidates
         self._attempt: LeastProof | None = None
 
     @property

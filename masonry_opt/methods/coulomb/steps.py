@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof
 
 
-class Step(Protocol):
+class CoulombStep(Protocol):
     """Interface of a step of the default method; a step that ends the run sets ``run.ended``."""
 
     @property

@@ -22,7 +22,7 @@ from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-_PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the programs of exact states.
+_EXACT_STATE_PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the programs of exact states.
 
 
 class _PlaneForces:
@@ -147,7 +147,9 @@ class Alternation:
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
         # If forces of contact points are indeterminate, Clarabel often misses its tolerance, so points near
         # the optimum are accepted.
-        self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
+        self._programs = ExactPrograms(
+            self._scaled, solvers, effort, _EXACT_STATE_PURPOSE, nearly=self._conic
+        )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
         """Return this alternation, or a new one if the problem or the effort differs."""

@@ -11,7 +11,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-_PURPOSE = "random forces"  #: Name in a result's ``solvers`` for programs of random forces.
+_RANDOM_FORCES_PURPOSE = "random forces"  #: Name in a result's ``solvers`` for programs of random forces.
 
 
 class RandomForces:
@@ -24,7 +24,7 @@ class RandomForces:
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
         self._problem, self._settings = problem, settings
-        self._statics = HighsSession(programs(problem)[0], effort, _PURPOSE)
+        self._statics = HighsSession(programs(problem)[0], effort, _RANDOM_FORCES_PURPOSE)
         finite = np.isfinite(problem.highest - problem.lowest)
         #: Columns of ties, props and other forces between finite limits in the program.
         self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)

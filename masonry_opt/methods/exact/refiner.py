@@ -27,14 +27,14 @@ from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Of, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
+_REFINEMENT_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,10 @@ class ExactState:
     #: Negative λ of a lower state to which this state leads; infinite without such a state.
     below: float = inf
 
-    exact = Of[bool]("answer")
+    @property
+    def exact(self) -> bool:
+        """True if all residuals are within the limits of exact answers."""
+        return self.answer.exact
 
     @cached_property
     def answer(self) -> Answer:
@@ -60,7 +63,7 @@ class ExactState:
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
-class OutOfTime(Exception):
+class RefinerTimeout(Exception):
     """Error: the deadline of the search for exact states has passed."""
 
 
@@ -106,7 +109,7 @@ class StateFinder(ABC):
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise OutOfTime
+        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise RefinerTimeout
         #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
         #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
         #: not count such programs.
@@ -123,9 +126,9 @@ class StateFinder(ABC):
         return max(self.deadline - time.perf_counter(), 0.0)
 
     def check_time(self) -> None:
-        """Raise OutOfTime if the deadline has passed."""
+        """Raise RefinerTimeout if the deadline has passed."""
         if time.perf_counter() >= self.deadline:
-            raise OutOfTime
+            raise RefinerTimeout
 
 
 class Refiner(StateFinder):
@@ -138,9 +141,9 @@ class Refiner(StateFinder):
         self._settings = settings
         forces, motion = programs(problem)
         smallest = settings.smallest_entry
-        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=smallest)
+        self._statics = HighsSession(forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=smallest)
         self.size = forces.size
-        self._kinematics = HighsSession(motion, effort, _PURPOSE)
+        self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
 
     def mechanism(
@@ -246,7 +249,7 @@ class Refiner(StateFinder):
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
-        """Return True if the program has an optimum. Raises OutOfTime if the deadline passes."""
+        """Return True if the program has an optimum. Raises RefinerTimeout if the deadline passes."""
         self.check_time()
         verdict = session.solve(
             min(self.seconds_left, self._settings.seconds_per_joint * self.problem.joints)

@@ -25,7 +25,7 @@ from masonry_opt.problem.problem import Problem
 Candidate = tuple[str, ExactState | None]
 
 
-class Met:
+class StateRecord:
     """Record of the starts of a search and of the exact states found from them."""
 
     def __init__(self) -> None:
@@ -80,7 +80,7 @@ class Search:
         self,
         finder: StateFinder,
         analysis: IncrementalAnalysis,
-        met: Met,
+        met: StateRecord,
         settings: SearchSettings = SEARCH,
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
@@ -146,7 +146,7 @@ class Search:
         forces of the lowest state comes first, and again after each lower state, without the mechanism of
         that state: another mechanism that these forces allow may lead lower.
         """
-        kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
+        kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
         if self._random.has_limited_forces:
             kinds = (*_WEAKER_TIES, *kinds)
         repeated: ExactState | None = None
@@ -158,7 +158,7 @@ class Search:
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
             best = lower_of(best, self.known)
-            state = self.start(_STARTS[kind](self, best, rng))
+            state = self.start(_START_FUNCTIONS[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state
 
@@ -272,7 +272,7 @@ _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in SEARC
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 
 #: Function of each kind of start.
-_STARTS: dict[str, _Start] = {
+_START_FUNCTIONS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
     "loads": Search.with_other_loads,
@@ -284,7 +284,7 @@ _STARTS: dict[str, _Start] = {
 #: Kinds of starts in the plane, in the order of the cycle. Random forces or a neighbour take a tenth of the
 #: time of a load history, and a fixed point takes a third. Fixed points lead to lower states if a whole slope
 #: slides.
-_KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
+_KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order of the cycle. Random forces lead to lower states in less time than
 #: load histories.

@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Answer, FinalState, certified
 from masonry_opt.answer.load_history import LoadStep
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
@@ -84,7 +84,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         falling = _falling_state(analysis)
         if falling is None:
             return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
-        found = Found(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
+        found = FinalState(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
         return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
     if result.history.steps:
         solution = replace(solution, history=result.history.steps)

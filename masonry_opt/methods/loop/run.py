@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Answer, FinalState, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
@@ -51,9 +51,9 @@ _STEADY = 0.05
 
 #: Shares of the largest rate above which a face counts as moving. The first share exceeds the rates that
 #: solvers return for zero. The second share is tried if the first leads to no exact state, as in some cycles.
-_SHARES = (1e-6, 1e-4)
+_MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
+_EXACT_END_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Run:
             state = last.state
             self.states.append(state)
             self.load_factors.append(state.load_factor)
-            found = Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
+            found = FinalState(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
             history = (*self.ending.history, replace(entry, solved=None))
             associative = self.load_factors[0] + 0.0 if self.first_is_associative else None
             self.ending = replace(self.ending, found=found, history=history, associative=associative)
@@ -151,7 +151,7 @@ class Run:
 
     def _without_optimum(self, last: Solved) -> Solution:
         """Return the solution of a run whose last sub-problem has no optimum."""
-        number, none = len(self.load_factors) + 1, replace(self.ending, found=Found())
+        number, none = len(self.load_factors) + 1, replace(self.ending, found=FinalState())
         if number == 1 or last.failed:
             return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.status)
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
@@ -296,10 +296,10 @@ def accurate_end(
     together.
     """
     scaled = in_units_of_live_load(problem)
-    for share in _SHARES:
+    for share in _MOVING_RATE_SHARES:
         at_yield = state.p > share * state.p.max()
         model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
-        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+        if has_optimum(model.program, in_cvxpy(solver), effort, _EXACT_END_PURPOSE):
             load_factor, q = model.statics.forces()
             end = _belonging(problem, scaled.load_factor * load_factor, q, state.d)
             if end:
@@ -317,7 +317,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
-    programs = ExactPrograms(scaled, [solver], effort, _PURPOSE, nearly=False)
+    programs = ExactPrograms(scaled, [solver], effort, _EXACT_END_PURPOSE, nearly=False)
     forces = programs.forces(state.p)
     if forces is None:
         return None

@@ -23,7 +23,7 @@ from operator import mul
 
 import numpy as np
 
-from masonry_opt.scene.contacts.drawn import DrawnContacts, Lists, Planes
+from masonry_opt.scene.contacts.drawn import ContactPlanes, DrawnContacts, Lists
 from masonry_opt.scene.rows import chunks, combine, dots, lengths, linked
 
 
@@ -95,7 +95,7 @@ class Group:
     """Group of planes of several joints; the alignment makes all planes of the group parallel."""
 
     def __init__(
-        self, drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes, members: np.ndarray
+        self, drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes, members: np.ndarray
     ) -> None:
         self.members = members
         self._drawn, self._planes, self._normals = drawn, planes, planes.direction[members]
@@ -155,7 +155,7 @@ class Group:
         return _group_values(height / np.bincount(number), self._drawn.tolerance)
 
 
-def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> list[Group]:
+def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
     """Return the groups whose directions or positions differ from the drawing by more than rounding.
 
     All other groups keep every digit; in an exact drawing these are all groups.
@@ -183,7 +183,7 @@ def _moved_groups(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> 
 
 
 def _parallel_planes(
-    drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes
+    drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes
 ) -> Iterator[np.ndarray]:
     """Yield groups of planes of several joints that are parallel within the accuracy of the drawing.
 
@@ -283,7 +283,7 @@ class _Links:
         return candidates
 
 
-def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes) -> np.ndarray:
+def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
     """Return True for planes that may be parallel or perpendicular to another joint of their blocks.
 
     The shape is (planes,). For blocks with very many joints the result is True without a comparison.
@@ -316,7 +316,7 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
     return joints[group[:count] == group[np.searchsorted(joints, joint)]]
 
 
-def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:
+def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]:
     """Return, for each group of planes, the groups that are perpendicular to it in the drawing's accuracy.
 
     Two groups are compared if they have planes of a common joint.
@@ -392,7 +392,7 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
 def _meeting_points(
     drawn: DrawnContacts,
     settings: AlignmentSettings,
-    planes: Planes,
+    planes: ContactPlanes,
     direction: np.ndarray,
     place: np.ndarray,
 ) -> np.ndarray:

@@ -28,7 +28,7 @@ class DrawnContacts:
         blocks, joints = self.ends.T.ravel(), np.tile(np.arange(len(self.ends)), 2)
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
-    def planes(self) -> "Planes":
+    def planes(self) -> "ContactPlanes":
         """Return the planes of all joints, then the perpendicular planes at their ends (in space: sides)."""
         points = np.arange(len(self.point))
         own = self.normal[self.joint]
@@ -46,7 +46,7 @@ class DrawnContacts:
         of_side = len(self.normal) + np.arange(len(sides))
         own_end, far_end = (np.column_stack([of_side, end]) for end in (points[sides], other_end[sides]))
         on_sides = np.concatenate([own_end, far_end[own_end[:, 1] != far_end[:, 1]]])
-        return Planes(
+        return ContactPlanes(
             direction=np.concatenate([self.normal, across[sides]]),
             accuracy=np.concatenate([self.accuracy, accuracy[sides]]),
             joint=np.concatenate([np.arange(len(self.normal)), self.joint[sides]]),
@@ -56,7 +56,7 @@ class DrawnContacts:
 
 
 @dataclass(frozen=True)
-class Planes:
+class ContactPlanes:
     """Planes through contact points, and a table that lists the contact points on each plane."""
 
     direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)

@@ -15,7 +15,7 @@ from masonry_opt.scene.scene import Scene
 
 #: Largest distance between two edges that coincide up to rounding, relative to the tolerance. Corners of such
 #: edges keep their coordinates; corners of other edges that touch are moved to the middle between the edges.
-_ROUNDING = 1e-3
+_COINCIDENT_EDGE_TOLERANCE = 1e-3
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
 #: needs more time and memory.
@@ -77,7 +77,7 @@ class FacingEdges(sides.Facing):
         width = np.hypot(*np.moveaxis(across, 2, 0))
         # Corners of edges that coincide up to rounding are not moved; they keep the coordinates of the
         # drawing.
-        ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
+        ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
         long = x_ends[1] - x_ends[0] > shortest
         accuracy_first, accuracy_second = (
             _accuracy(tip[edge] - tail[edge], shortest)[long] for edge in (i, j)

@@ -26,7 +26,7 @@ _FACING = 0.99
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that may be due to rounding alone.
-_ROUNDING = 1e-7
+_FACE_ANGLE_TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     cosine = -dots(frame.normal[i], frame.normal[j])
     # Largest distance of the second face's base point from the plane of the first face if the faces are near
     # each other anywhere: the base point is at most the width of the face away from the near point.
-    lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
+    lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
     return _shared_polygons(shapes, pair[near], i[near], j[near], far[pair[near]])

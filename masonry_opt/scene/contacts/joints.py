@@ -23,14 +23,16 @@ from masonry_opt.scene.space.shapes import shapes
 
 #: Functions for each dimension (2 or 3): compute the shapes of blocks, find sides that face each other, and
 #: find contacts at corners.
-_KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
+_CONTACT_FUNCTIONS: dict[
+    int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]
+] = {
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes, faces.facing, faces.SolidCorners),
 }
 
 #: Largest difference of coordinates that counts as rounding, relative to the spacing of floating-point
 #: numbers at the largest coordinate. With a larger value, small errors of a drawing remain unaligned.
-_ROUNDING = 64.0
+_COORDINATE_ROUNDING = 64.0
 
 #: Largest width of the small gap between two blocks, by the pair of the blocks' indices.
 Gaps = dict[tuple[int, int], float]
@@ -162,7 +164,7 @@ def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np
 
 def shapes_of(scene: Scene) -> Extents:
     """Return the shapes of the blocks of a scene. Raises CaseError if a block has no valid shape."""
-    return _KINDS[scene.dimension][0](scene)
+    return _CONTACT_FUNCTIONS[scene.dimension][0](scene)
 
 
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
@@ -201,7 +203,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     pairs = near_pairs(scene, shapes)
     both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
-    _, find_facing, corners_of = _KINDS[scene.dimension]
+    _, find_facing, corners_of = _CONTACT_FUNCTIONS[scene.dimension]
     facing = find_facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
     touch, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
     fixed_pairs = len(np.unique(facing.pair[touch & ~can_move]))
@@ -237,7 +239,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     middle = np.concatenate([shared.middle, (contacts.start + contacts.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
-    rounding = _ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
+    rounding = _COORDINATE_ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
     ends = pairs[owner[order]]
     after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
     tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
@@ -406,7 +408,7 @@ def _tolerance_for_overlaps(
 
     ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
     """
-    _, find_facing, _ = _KINDS[scene.dimension]
+    _, find_facing, _ = _CONTACT_FUNCTIONS[scene.dimension]
     shapes = replace(shapes, contact_tolerance=depth)
     facing = find_facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])

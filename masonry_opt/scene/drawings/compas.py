@@ -34,7 +34,7 @@ _SideView = tuple[list[shapely.Polygon], np.ndarray]
 _DrawnBlock = tuple[object, Any, bool, Any]
 
 #: Unit vectors of the axes by their names.
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: Keys of tables with the content of a COMPAS object. A table with none of these keys is a wrapper, with the
 #: content under "data" (in old files "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
@@ -98,7 +98,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     if space and along is not None:
         remedy = "omit 'along', or give 'live' two components"
         raise CaseError(f"{path}: 'along' applies to scenes in the plane only: {remedy}")
-    given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
+    given = locals() | {"along": _UNIT_VECTORS.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
         meshes = stones.with_supports(_meshes(data), supports)
@@ -145,7 +145,7 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
 
 def _direction_name(direction: np.ndarray) -> str:
     """Return a direction as text: the name of an axis, or else the components."""
-    for name, axis in _AXES.items():
+    for name, axis in _UNIT_VECTORS.items():
         if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
             return name
     return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"

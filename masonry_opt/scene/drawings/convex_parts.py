@@ -12,7 +12,7 @@ from masonry_opt.scene.space.faces import place
 
 #: Largest number of convex parts of one block. A block that needs more parts is refused: it usually has a
 #: curved surface, with too many contacts for an analysis.
-_MOST_PARTS = 1000
+_MOST_PIECES = 1000
 
 #: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
 _COPLANAR_SHARE = 1e-3
@@ -78,9 +78,9 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
             part = _part(clipped, tolerance)
             if part:
                 parts.append(part)
-        if len(parts) + len(queue) > _MOST_PARTS:
+        if len(parts) + len(queue) > _MOST_PIECES:
             raise ValueError(
-                f"is not convex and would need more than {_MOST_PARTS} convex parts: simplify the block"
+                f"is not convex and would need more than {_MOST_PIECES} convex parts: simplify the block"
             )
     if not parts:
         raise ValueError("has no volume: draw the faces of a solid, all oriented outwards")

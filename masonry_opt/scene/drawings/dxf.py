@@ -36,7 +36,7 @@ class DxfDrawing(stones.FlatDrawing):
     thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
     without_layers: list[Name] = []
-    fixed_layers: list[Name] = list(stones.FIXED)
+    fixed_layers: list[Name] = list(stones.SUPPORT_WORDS)
     net: YesNo = False
     window_layers: list[Name] = list(WINDOWS)
     outline_tolerance: Positive | None = None
@@ -52,7 +52,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     live_layers: Mapping[str, Sequence[float]] | None = None,
     layers: Iterable[str] | None = None,
     without_layers: Iterable[str] = (),
-    fixed_layers: Iterable[str] = stones.FIXED,
+    fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
     net: bool = False,
     window_layers: Iterable[str] = WINDOWS,
     tolerance: float | None = None,

@@ -23,7 +23,7 @@ MESHES = (".obj", ".ply", ".stl")
 _LARGEST_MESH = 200_000_000
 
 #: Axes x, y, z of the scene in the file's axes, one row for each axis, by the file's upward axis.
-_AXES = {
+_SCENE_AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
     "z": np.eye(3),
@@ -43,7 +43,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     unit_weight: float,
     live: tuple[float, float, float] = (0.0, 0.0, 0.0),
     fixed: Iterable[str] = (),
-    fixed_layers: Iterable[str] = stones.FIXED,
+    fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
     fixed_below: float | None = None,
     up: Literal["x", "y", "z"] = "z",
     scale: float = 1.0,
@@ -108,7 +108,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     repeated_names = repeated(mesh.name for mesh in meshes)
     if repeated_names:
         raise ValueError(f"has two blocks '{repeated_names[0]}': rename one")
-    axes = drawing.scale * _AXES[drawing.up].T
+    axes = drawing.scale * _SCENE_AXES[drawing.up].T
     return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 

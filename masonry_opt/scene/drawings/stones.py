@@ -24,7 +24,7 @@ _LONGEST_NAME = 200
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these
 #: words.
-FIXED = ("fixed", "support")
+SUPPORT_WORDS = ("fixed", "support")
 
 #: Largest number of decimals that is tried to find out whether coordinates are rounded.
 _MOST_DECIMALS = 7
@@ -102,7 +102,7 @@ class Supports(Record):
 class AsDrawn(Supports):
     """Layers of supports, upward axis and scale of a mesh file; see :func:`read_mesh`."""
 
-    fixed_layers: list[Name] = list(FIXED)
+    fixed_layers: list[Name] = list(SUPPORT_WORDS)
     up: Literal["x", "y", "z"] = "z"
     scale: Positive = 1.0
 

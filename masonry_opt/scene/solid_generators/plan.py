@@ -15,7 +15,7 @@ from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solids import Solid
 
 #: Largest length that counts as zero, relative to the length of a block.
-_LENGTH_TOLERANCE = 1e-6
+_ZERO_LENGTH_TOLERANCE = 1e-6
 
 #: Largest distance between wall axes that counts as zero, relative to the size of the plan.
 _AXIS_TOLERANCE = 1e-9
@@ -241,7 +241,7 @@ class Plan(SolidGenerator):
     @property
     def _nothing(self) -> float:
         """Return the largest length that counts as zero."""
-        return _LENGTH_TOLERANCE * self.block[0]
+        return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property
     def size(self) -> int:

@@ -1,7 +1,7 @@
 """Find the outer faces of solids from the faces of their parts.
 
 The surfaces of the parts must be closed, and their faces are oriented outwards (:class:`Surfaces`). Faces of
-a block in one plane share this plane (:class:`Planes`). The outer faces (:class:`OuterFaces`) bound the
+a block in one plane share this plane (:class:`FacePlanes`). The outer faces (:class:`OuterFaces`) bound the
 block; areas between two of its parts do not belong to them.
 """
 
@@ -208,7 +208,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Planes:
+class FacePlanes:
     """Planes of faces; all faces of a block that are within the tolerance of a plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
@@ -218,7 +218,7 @@ class Planes:
     outwards: np.ndarray
 
 
-def planes(surfaces: Surfaces, tolerance: float) -> Planes:
+def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
     """Return the planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = sums(face, corners, len(count)) / np.maximum(count, 1)[:, None]
@@ -253,7 +253,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     along[face[longest_side]] = (after - corners)[longest_side]
     frame = Frames.of(middle[leads], normal[leads], along[leads])
     outwards = dots(normal, frame.normal[of_face]) > 0
-    return Planes(frame, block[leads], of_face, outwards)
+    return FacePlanes(frame, block[leads], of_face, outwards)
 
 
 def _leading_faces(
@@ -304,7 +304,7 @@ def _leading_faces(
     return leader
 
 
-def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
+def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> OuterFaces:
     """Return the outer faces of all blocks. Raises CaseError if the outline of a face crosses itself."""
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]

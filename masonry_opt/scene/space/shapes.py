@@ -10,7 +10,7 @@ import numpy as np
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
 from masonry_opt.scene.rows import bounds, chunks, combine, dots, following, lengths, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.faces import OuterFaces, Planes, Surfaces, outer_faces, place, planes
+from masonry_opt.scene.space.faces import FacePlanes, OuterFaces, Surfaces, outer_faces, place, planes
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ConvexParts:
     of_plane: np.ndarray  #: index of the part of each half-space, in ascending order, shape (planes,)
 
     @classmethod
-    def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
+    def of(cls, surfaces: Surfaces, planes: FacePlanes) -> "ConvexParts":
         """Return the parts that are bounded by the given surfaces; the parts are assumed to be convex."""
         vertex, corner = np.unique(surfaces.vertex, return_index=True)
         # Vertices and faces are numbered part by part, so ``of_point`` is in ascending order.

@@ -28,21 +28,27 @@ from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, 
 #: the bounds too.
 _BOUNDS_TIME = 120.0
 #: Default methods: those that take seconds on a wall of Table 1.
-METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
-SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
+DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
+DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
 TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a loose one, and the default of the package.
 OUT = Path("results/compare")  #: Default folder of the results.
-_PAGE = "report.html"  #: Name of the page of a comparison, with all charts.
+_PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
-_FILES = ("results.csv", "summary.csv", _PAGE, *chart_files(_CHARTS))  #: Files that a comparison may write.
+#: Files that a comparison may write.
+_FILES = (
+    "results.csv",
+    "summary.csv",
+    _PAGE_FILE,
+    *chart_files(_CHARTS),
+)
 
 
 def compare(  # noqa: PLR0913 - options of the public API are keywords
     scenes: str | Path | Sequence[str | Path] = (),
     *,
-    methods: str | Sequence[str] = METHODS,
+    methods: str | Sequence[str] = DEFAULT_METHODS,
     models: str | Sequence[str] = LANGUAGES,
-    solvers: str | Sequence[str] = SOLVERS,
+    solvers: str | Sequence[str] = DEFAULT_SOLVERS,
     tolerances: Sequence[float] = TOLERANCES,
     repeats: int = RunLimits.repeats,
     time_limit: float = RunLimits.time,
@@ -133,7 +139,7 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
         from masonry_opt.studies.compare.page import charts, page
 
         named_charts = charts(comparison.summary)
-        files |= pictures(named_charts) | {_PAGE: page(comparison, named_charts)}
+        files |= pictures(named_charts) | {_PAGE_FILE: page(comparison, named_charts)}
     return write_folder(folder, files, force, is_own=_FILES.__contains__)
 
 
@@ -150,7 +156,7 @@ def run_plan(
     ``known`` are exact Coulomb states by scene name, in addition to those of the runs.
     """
     notes: list[str] = []
-    journal = Journal(folder, {"columns": digest(runs.COLUMNS)})
+    journal = Journal(folder, {"columns": digest(runs.COMPARISON_COLUMNS)})
     scene_warnings = [f"{scene.name}: {sentence}" for scene in scenes for sentence in scene.warnings]
     warnings = (*(warning["sentence"] for warning in journal.warnings), *scene_warnings)
     journal_runs = _JournalRuns(journal, limits, progress, notes)
@@ -167,7 +173,7 @@ def run_plan(
     except KeyboardInterrupt:
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
-    results, best = pd.DataFrame(rows, columns=runs.COLUMNS), judge.lowest_exact(rows, known or {})
+    results, best = pd.DataFrame(rows, columns=runs.COMPARISON_COLUMNS), judge.lowest_exact(rows, known or {})
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         laws = "static and kinematic with a conic solver limit crushing by the parabola, other runs and the"

@@ -17,7 +17,13 @@ from masonry_opt.errors import CaseError, counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import COLUMNS, RESIDUALS, CaseScene, RunLimits, RunPlan
+from masonry_opt.studies.compare.runs import (
+    CERTIFICATE_RESIDUALS,
+    COMPARISON_COLUMNS,
+    CaseScene,
+    RunLimits,
+    RunPlan,
+)
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 from masonry_opt.words.names import warning_lines
@@ -35,26 +41,42 @@ ANSWER = "answer"  #: Claim that the load factor of the run is that of the scene
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
-NAMED = "named correctly"  #: Verdict on a run that gives the right reason why no load factor exists.
+REASON_NAMED = "named correctly"  #: Verdict on a run that gives the right reason why no load factor exists.
 FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
 WRONG = "wrong"  #: The claim is false.
-VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)  #: Verdicts from best to worst; the first two count as success.
+#: Verdicts from best to worst; the first two count as success.
+VERDICTS = (
+    CERTIFIED,
+    REASON_NAMED,
+    FAILED,
+    WRONG,
+)
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
 #: Relative gap to the best exact Coulomb state below which the gap counts as zero. Charts draw such gaps at
 #: this value.
 GAP_FLOOR = SAME
 
-_PAIR = ["method", "model", "solver", "tolerance"]  #: Columns of a Pair.
+_PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns of a Pair.
 #: Columns of a summary that hold the median over the repeats of a run.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]  #: Columns of a summary that are counts.
 #: Columns of a summary that are numbers.
-_NUMBERS = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound", "joints", "blocks"]
+_NUMBERS = [
+    *_MEDIANS,
+    *_COUNTS,
+    *CERTIFICATE_RESIDUALS,
+    "tolerance",
+    "error",
+    "load_factor",
+    "bound",
+    "joints",
+    "blocks",
+]
 #: All columns of a summary, in order.
 _SUMMARY = [
-    *("scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"),
-    *(*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS),
+    *("scene", "pair", *_PAIR_COLUMNS, "question", "verdict", "reason", "load_factor", "error", "below"),
+    *(*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *CERTIFICATE_RESIDUALS),
     *("bound", "ended", "status", "kind", "message"),
 ]
 
@@ -72,15 +94,15 @@ HEADINGS = {
 #: columns.
 PRINTED = ("method", "model", "solver", "tolerance", "success", *VERDICTS, "time", "largest error")
 #: Headings of the printed table, for columns whose heading differs from the column's name.
-PRINTED_HEADINGS = {"tolerance": "tol.", NAMED: "named", FAILED: "failed", "time": "time (s)"}
+PRINTED_HEADINGS = {"tolerance": "tol.", REASON_NAMED: "named", FAILED: "failed", "time": "time (s)"}
 #: Formats of numbers by column.
-FORMATS = {
+NUMBER_FORMATS = {
     "success": "{:.0%}",
     "load_factor": "{:.9g}",
     "time": "{:.3g}",
     "peak_memory": "{:.0f}",
     **dict.fromkeys(("error", "largest error"), "{:.1e}"),
-    **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
+    **dict.fromkeys(("tolerance", *CERTIFICATE_RESIDUALS), "{:.0e}"),
 }
 
 #: Time in seconds above which runs are not repeated, because long times scatter little.
@@ -205,7 +227,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         return WRONG, f"{statement} (right: {right or 'not this'})"
     if claim != ANSWER:
         named = known.get(claim) or (row["existence"] and Existence(row["existence"]).proven)
-        return (NAMED if named else FAILED), statement
+        return (REASON_NAMED if named else FAILED), statement
     residuals = residuals_over_limit(row)
     if residuals:
         limits = LIMITS[Kind(row["kind"])].as_dict()
@@ -237,7 +259,7 @@ def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> di
 
     ``kind`` replaces the kind of the row. A residual that is missing or NaN exceeds the limits.
     """
-    residuals = {name: row[name] for name in RESIDUALS}
+    residuals = {name: row[name] for name in CERTIFICATE_RESIDUALS}
     energy = residuals["complementarity"]
     if energy is not None:
         residuals["complementarity"] = over_load_factor(energy, row["load_factor"])
@@ -267,10 +289,10 @@ def summary(
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
         verdict = judge(row, bounds.get(row["scene"]), best.get(row["scene"]))
         judged.append(row | {"time": row["wall"] - shared} | verdict)
-    frame = pd.DataFrame(judged, columns=[*COLUMNS, "time", *JUDGED])
+    frame = pd.DataFrame(judged, columns=[*COMPARISON_COLUMNS, "time", *JUDGED])
     frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]
     frame[_NUMBERS] = frame[_NUMBERS].astype(float)
-    repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
+    repeats = frame.groupby(["scene", *_PAIR_COLUMNS], dropna=False, sort=False)
     frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(VERDICTS.index)
     frame["repeats"] = repeats["scene"].transform("size")
     frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
@@ -304,11 +326,11 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
     """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}
-    marked = frame.assign(**ended, success=ended[CERTIFIED] | ended[NAMED], **of_certified)
+    marked = frame.assign(**ended, success=ended[CERTIFIED] | ended[REASON_NAMED], **of_certified)
     columns: dict[str, Any] = {verdict: (verdict, "sum") for verdict in VERDICTS}
     columns |= {"scenes": ("scene", "size"), "success": ("success", "mean"), "time": ("time", "median")}
     columns |= {"largest error": ("error", "max"), "peak_memory": ("peak_memory", "max")}
-    return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
+    return marked.groupby(["pair", *_PAIR_COLUMNS], dropna=False, sort=False).agg(**columns).reset_index()
 
 
 @dataclass(frozen=True)
@@ -320,7 +342,7 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
-    results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COLUMNS`)
+    results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COMPARISON_COLUMNS`)
     summary: pd.DataFrame  #: table with one row for each scene and pair (see :func:`summary`)
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
@@ -331,7 +353,7 @@ class Comparison:
     @property
     def told(self) -> pd.DataFrame:
         """Table of success, as text."""
-        return in_words(success(self.summary), FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
+        return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:
         """Return the HTML of a notebook: notes and warnings, the table of success, and the first chart."""

@@ -13,7 +13,7 @@ from masonry_opt.drawing.colours import SERIES
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.charts import NamedChart, alt, legend, script
 from masonry_opt.studies.compare import judge
-from masonry_opt.studies.compare.runs import RESIDUALS
+from masonry_opt.studies.compare.runs import CERTIFICATE_RESIDUALS
 from masonry_opt.studies.runner import FINISHED, MEMORY_LIMIT, TIME_LIMIT
 from masonry_opt.studies.writing import frame_table, in_words, machine, render, table, versions
 from masonry_opt.words.sentences import numeral
@@ -21,12 +21,18 @@ from masonry_opt.words.sentences import numeral
 #: Columns of the table of runs.
 _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
-    *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS),
+    *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
 #: Letters that charts draw for runs that are not certified, by verdict or by exceeded limit.
-_LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
+_ENDING_LETTERS = {
+    TIME_LIMIT: "T",
+    MEMORY_LIMIT: "M",
+    judge.WRONG: "W",
+    judge.REASON_NAMED: "N",
+    judge.FAILED: "F",
+}
 #: Explanations of letters for which the verdict is not clear enough.
-_MEANINGS = {"N": "no load factor, and the right reason why"}
+_LETTER_MEANINGS = {"N": "no load factor, and the right reason why"}
 
 #: Name of the error in titles, and label of the axis of errors, by question.
 _ERRORS = {
@@ -71,20 +77,20 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     in_band = band * (top / band) ** (0.15 + 0.25 * level)
     front = [judge.pareto(frame).index for _, frame in rows.groupby("scene")]
     colours = dict(zip(summary["engine"].unique(), cycle(SERIES), strict=False))
-    texts = in_words(rows, judge.FORMATS, (*_TOOLTIP, *_RENAMED)).rename(columns=_RENAMED)
+    texts = in_words(rows, judge.NUMBER_FORMATS, (*_TOOLTIP, *_RENAMED)).rename(columns=_RENAMED)
     marks = texts.set_index(rows.index).assign(
         time=rows["time"],
         height=rows["error"].clip(low).where(certified, in_band),
         engine=rows["engine"],
         method=rows["method"],
         colour=rows["engine"].map(colours),
-        letter=rows["ended"].where(limited, rows["verdict"]).map(_LETTERS).fillna(""),
+        letter=rows["ended"].where(limited, rows["verdict"]).map(_ENDING_LETTERS).fillna(""),
         rung=rows["tolerance"],
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"],
     )
-    shown = {ending: letter for ending, letter in _LETTERS.items() if letter in {*marks["letter"]}}
-    notes = [f"{letter}: {_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
+    shown = {ending: letter for ending, letter in _ENDING_LETTERS.items() if letter in {*marks["letter"]}}
+    notes = [f"{letter}: {_LETTER_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
     error_name, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
         notes.append(f"gaps below {low:g} count as zero and are drawn there")
@@ -142,7 +148,8 @@ def page(comparison: judge.Comparison, charts: Sequence[NamedChart]) -> str:
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     success, columns = judge.success(summary), ("pair", *judge.SUCCESS)
     residuals = [
-        (kind, *(f"{limits.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limits in LIMITS.items()
+        (kind, *(f"{limits.as_dict()[name]:g}" for name in CERTIFICATE_RESIDUALS))
+        for kind, limits in LIMITS.items()
     ]
     numbers = {"outside": OUTSIDE, "gap_floor": judge.GAP_FLOOR, "repeated_below": judge.REPEATED_BELOW}
     return render(
@@ -150,12 +157,12 @@ def page(comparison: judge.Comparison, charts: Sequence[NamedChart]) -> str:
         title="Comparison of methods and solvers",
         answers=load_factors(comparison),
         comparison=comparison,
-        success=frame_table(success, judge.FORMATS, columns, **judge.HEADINGS),
-        runs=frame_table(summary, judge.FORMATS, _RUNS, **judge.HEADINGS),
+        success=frame_table(success, judge.NUMBER_FORMATS, columns, **judge.HEADINGS),
+        runs=frame_table(summary, judge.NUMBER_FORMATS, _RUNS, **judge.HEADINGS),
         charts=charts,
         script=script(),
         left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
-        residuals=table(("", *RESIDUALS), residuals, RESIDUALS),
+        residuals=table(("", *CERTIFICATE_RESIDUALS), residuals, CERTIFICATE_RESIDUALS),
         about=table(("", ""), [*about.items()]),
         **{name: f"{value:g}" for name, value in numbers.items()},
     )

@@ -26,15 +26,15 @@ from masonry_opt.words.sentences import sentences
 _DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
 #: Columns that identify a run. A run is not repeated if the journal has a run with equal values.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
-RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
+CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
-_WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
+_TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 #: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
 #: the run. ``wall`` is the duration of the solve, or of the whole process if the run did not finish.
-COLUMNS = (
+COMPARISON_COLUMNS = (
     *KEY,
-    *_WORDS,
-    *("load_factor", "bound", *RESIDUALS),
+    *_TEXT_COLUMNS,
+    *("load_factor", "bound", *CERTIFICATE_RESIDUALS),
     *("wall", *(f"{part}_seconds" for part in PARTS)),
     *("peak_memory", "lp_solves", "nlp_solves", "iterations", "blocks", "joints"),
     *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
@@ -207,7 +207,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     values |= {f"{part}_seconds": seconds for part, seconds in values["seconds"].items()}
     values |= values["size"] | (values["certificate"] or {}) | {"wall": wall}
     values["existence"] = (values["infeasibility"] or {}).get("existence", "")
-    return {name: values[name] for name in COLUMNS if name in values}
+    return {name: values[name] for name in COMPARISON_COLUMNS if name in values}
 
 
 def bound_scene(path: Path) -> dict[str, float]:
@@ -224,7 +224,7 @@ def _use_one_core() -> None:
 
 def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
     """Return the row of a run in the table of results, from the run's key and the end of its task."""
-    row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
+    row: dict[str, Any] = dict.fromkeys(COMPARISON_COLUMNS) | dict.fromkeys(_TEXT_COLUMNS, "")
     row |= {"message": end.reason, "wall": end.seconds} | (end.value or {})
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
     return row | dict(key) | {"time_limit": limits.time, "memory_limit": limits.memory}

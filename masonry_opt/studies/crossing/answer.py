@@ -34,7 +34,7 @@ WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the l
 _CHART_HEIGHT = 0.42  #: Height of the chart relative to the width of the picture.
 _CHART_GAP = 0.1  #: Distance between the chart and the mechanism, relative to the width of the picture.
 _LARGEST_SHOWN = 4.0  #: Upper end of the chart's axis of λ, as a multiple of the least λ.
-_ARROW = 0.05  #: Length of the arrow of the heaviest axle, relative to the length of the bridge.
+_AXLE_ARROW_LENGTH = 0.05  #: Length of the arrow of the heaviest axle, relative to the length of the bridge.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -338,7 +338,7 @@ class Crossing(StudyAnswer):
             abscissae = [*bridge.get_xlim(), *positions]
             low, high = min(abscissae), max(abscissae)
             bottom, top = bridge.get_ylim()
-            arrow = _ARROW * (high - low)
+            arrow = _AXLE_ARROW_LENGTH * (high - low)
             top = max(top, _axles(bridge, passage, least.position, arrow) + 1.5 * arrow)
             bridge.set(xlim=(low, high), ylim=(bottom, top), xlabel="x, y in the length unit of the case")
             aspect = (high - low) / (top - bottom)

@@ -32,7 +32,7 @@ from masonry_opt.words.terminal import frame_text
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
 _MOST_LETTERS = 24  #: Largest length of a name next to a bar, in letters.
 #: Columns of the table that hold attributes of the results.
-COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
+LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
 #: Relative difference from λ above which other load factors are drawn.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle between neighbouring directions in plan, in degrees.
@@ -74,7 +74,7 @@ class Cases(StudyAnswer):
         one), ``status``, ``incremental``, ``associative`` and ``exact``.
         """
         rows = [
-            self._identity(result) | {name: getattr(result, name) for name in COLUMNS}
+            self._identity(result) | {name: getattr(result, name) for name in LOAD_CASE_COLUMNS}
             for result in self.results.values()
         ]
         numbers = dict.fromkeys(("load_factor", "incremental", "associative"), "float64")

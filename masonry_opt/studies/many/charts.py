@@ -14,24 +14,32 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
+from masonry_opt.drawing.colours import (
+    CRUSHING_COLOUR,
+    HINGING_COLOUR,
+    LIVE,
+    MARKED,
+    SEPARATING_COLOUR,
+    SERIES,
+    SLIDING_COLOUR,
+)
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 
 #: Colour and mark of each kind of mechanism. Joints in pictures have the same colours.
 _LOOKS = {
-    "sliding": (SLIDES, "square"),
-    "hinging": (HINGES, "circle"),
-    "crushing": (CRUSHES, "cross"),
+    "sliding": (SLIDING_COLOUR, "square"),
+    "hinging": (HINGING_COLOUR, "circle"),
+    "crushing": (CRUSHING_COLOUR, "cross"),
     "mixed": (MARKED, "triangle-up"),
-    "separating": (SEPARATES, "diamond"),
+    "separating": (SEPARATING_COLOUR, "diamond"),
     "none": (LIVE, "triangle-down"),
 }
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_LINES = 7  #: Largest number of values of the second number that are drawn as lines.
-_MOST_NAMED = 6  #: Largest number of values beyond the axis whose numbers are all written.
+_MOST_DRAWN_LINES = 7  #: Largest number of values of the second number that are drawn as lines.
+_MOST_WRITTEN_VALUES = 6  #: Largest number of values beyond the axis whose numbers are all written.
 #: Axis titles with a symbol, by the name of the number.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
@@ -48,8 +56,8 @@ _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the strips for values beyond the axis (on top) and for runs without a load factor (at
 #: the bottom).
-_MARGIN = 24
-_SHOWN = 15  #: Largest number of correlations in the chart, beginning with the strongest.
+_STRIP_HEIGHT = 24
+_MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart, beginning with the strongest.
 #: Names of the load factors of a sample, with the prefix of their columns.
 _LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
@@ -85,7 +93,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     same = frame["incremental"].equals(frame["load_factor"])
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
-    lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
+    lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
     if lines:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
         looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
@@ -105,7 +113,9 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     )
     known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
-    scale = alt.Scale(domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_MARGIN)
+    scale = alt.Scale(
+        domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
+    )
     # Without a format, Vega rounds labels to the digits of its own ticks: 0.32 and 0.28 would both read 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
@@ -120,7 +130,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     else:
         layers = [dashed.mark_point(color=_DARK, shape="stroke")]
     # Runs without a load factor are drawn at the bottom, values off the axis at the top.
-    at_bottom, at_top = alt.value(alt.expr(f"height - {_MARGIN / 2}")), alt.value(_MARGIN / 2)
+    at_bottom, at_top = alt.value(alt.expr(f"height - {_STRIP_HEIGHT / 2}")), alt.value(_STRIP_HEIGHT / 2)
     tooltip = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
     look = {"fill": alt.Fill("series:N", scale=colours), "stroke": alt.Stroke("series:N", scale=colours)}
     look |= {"shape": alt.Shape("series:N", scale=shapes), "tooltip": tooltip}
@@ -128,8 +138,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
     # Labels of many neighbouring values would overlap, so only the greatest value is written.
-    written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
-    text = alt.Chart(written).mark_text(color=_DARK, dy=-_MARGIN)
+    written = marks[off] if off.sum() <= _MOST_WRITTEN_VALUES else marks[off].nlargest(1, "λ")
+    text = alt.Chart(written).mark_text(color=_DARK, dy=-_STRIP_HEIGHT)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
     notes = [_RING] if marks["least"].any() else []
@@ -228,7 +238,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     sure: Confidence of the intervals, as text.
     """
     known = correlations.dropna(thresh=4)
-    shown = _by_load(known.head(_SHOWN))
+    shown = _by_load(known.head(_MOST_CORRELATIONS))
     # Correlations whose confidence interval contains zero have hollow marks.
     shown = shown.assign(certain=(shown["lower"] > 0) | (shown["upper"] < 0))
     x, colours = axis("rank correlation with λ", -1.05, 1.05), {"scale": _COLOURS} | legend(len(shown))
@@ -244,9 +254,9 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
         fill=alt.when("datum.certain").then(alt.Fill("of:N", **colours)).otherwise(alt.value("white")),
     )
     limits = rows.mark_rule(strokeWidth=1.5).encode(x=alt.X("lower:Q", **x), x2="upper:Q")
-    left_out = f", the first {_SHOWN} of {len(known)}" if len(known) > _SHOWN else ""
+    left_out = f", the first {_MOST_CORRELATIONS} of {len(known)}" if len(known) > _MOST_CORRELATIONS else ""
     if known.empty:
         left_out = ": nothing drawn matters"
-    chart = (limits + marks).properties(height=28 * max(len(known.head(_SHOWN)), 2))
+    chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = f"{sure} that all intervals of a load factor are right; hollow: the correlation may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

@@ -29,7 +29,7 @@ _LEAST_PROBABILITY = 2.0**-32
 #: Largest difference in height between successive joints of one course, relative to the median joint length.
 _COURSE_TOLERANCE = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
-_HOW = (
+_DISTRIBUTION_FORMS = (
     "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
     "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
     "frozen distribution of scipy.stats"
@@ -63,7 +63,7 @@ def distribution(name: str, given: Any) -> Distribution:
         if least <= 0:
             raise ValueError
     except (TypeError, ValueError, KeyError):
-        raise OptionError(f"{subject}: {_HOW} (found {given!r})") from None
+        raise OptionError(f"{subject}: {_DISTRIBUTION_FORMS} (found {given!r})") from None
     return Distribution(f"{kind}({first:g}, {second:g})", frozen(first, second))
 
 

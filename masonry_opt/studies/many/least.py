@@ -37,7 +37,7 @@ from masonry_opt.words.sentences import numeral
 FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable under its dead load.
 UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
 #: Printed text for load factors that are not finite.
-_WORDS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
+_INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
 #: Columns of a table of trials that are attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which both ends are printed.
@@ -135,7 +135,9 @@ class Threshold(StudyAnswer):
         if self._names:
             facts["λ is"] = meaning(self._names)
         if self.jump:
-            before, after = (_WORDS.get(number) or numeral(number, ".6g") for number in self.jump)
+            before, after = (
+                _INFINITE_FACTOR_TEXTS.get(number) or numeral(number, ".6g") for number in self.jump
+            )
             facts["jump"] = f"the {self._measure} jumps from {before} to {after}"
         return facts
 
@@ -201,7 +203,7 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Function called with every trial.
 
-TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
+THRESHOLD_TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
 #: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
 _LEAST_SCALE = 1e-3
@@ -216,7 +218,7 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     *,
     load: float | None = None,
     method: str = DEFAULT,
-    tolerance: float = TOLERANCE,
+    tolerance: float = THRESHOLD_TOLERANCE,
     samples: int = SAMPLES,
     progress: Tried = lambda _: None,
     **options: Any,
@@ -271,7 +273,7 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
     *,
     load: float | None = None,
     method: str = DEFAULT,
-    tolerance: float = TOLERANCE,
+    tolerance: float = THRESHOLD_TOLERANCE,
     samples: int = SAMPLES,
     progress: Tried = lambda _: None,
     **options: Any,

@@ -19,7 +19,7 @@ from masonry_opt.words.sentences import numeral, sentences
 #: Last parts of the names of numbers that limit forces. A state that does not reach a limit is also a state
 #: of a scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-_MOST_NAMED = 3  #: Largest number of values that a sentence lists; the others are counted.
+_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; the others are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_warnings`.
 Point = Mapping[str, float]  #: Values of a run by name.
@@ -121,5 +121,9 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
 def _named(point: Point) -> str:
     """Return text with the first values of a run, and the number of its other values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
-    more = f" and {counted(len(values) - _MOST_NAMED, 'more value')}" if len(values) > _MOST_NAMED else ""
-    return ", ".join(values[:_MOST_NAMED]) + more
+    more = (
+        f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"
+        if len(values) > _MOST_LISTED_VALUES
+        else ""
+    )
+    return ", ".join(values[:_MOST_LISTED_VALUES]) + more

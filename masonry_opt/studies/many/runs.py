@@ -27,7 +27,7 @@ from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
     Row,
@@ -43,7 +43,7 @@ from masonry_opt.words.load_factors import LOWEST, own_name
 
 #: Types of the columns of a run that follow its values, by column name. Only ``seconds`` differs between
 #: machines.
-COLUMNS = {
+ANSWER_COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
@@ -58,18 +58,17 @@ COLUMNS = {
 
 #: Columns of a run in a sweep or sample: ``state_from`` names another run in which its state was found;
 #: ``warnings`` has the warnings about its scene.
-RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
+RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
-INCREMENTAL_COLUMN = (
-    "incremental_"  #: Prefix of the columns of a sample that concern the incremental load factor.
-)
+#: Prefix of the columns of a sample that concern the incremental load factor.
+INCREMENTAL_COLUMN = "incremental_"
 #: Name of a mechanism with one kind of joint motion in addition to separation, by that motion.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 #: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
 _LEAST_AXIS = 0.02
 #: Function that is called with the numbers of finished runs and of all runs.
 RunProgress = Callable[[int, int], None]
-_TABLE = "runs.csv"  #: Name of the table of runs in the folder of a study.
+_RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice in the message that the table of a folder is not replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
@@ -105,7 +104,7 @@ class StudyOutput(NamedTuple):
 
         Raises OutputError if a file cannot be written or removed.
         """
-        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force, _is_study_file)
+        write_folder(self.folder, {_RUNS_FILE: csv_text(frame), **beside}, self.force, _is_study_file)
 
 
 def _is_study_file(name: str) -> bool:
@@ -140,7 +139,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     """
     if getattr(_thread_cache, "how", None) != how:
         _thread_cache.how = how
-        _thread_cache.session = Session(pickle.loads(how), Kept(keeps=True))
+        _thread_cache.session = Session(pickle.loads(how), ProgramCache(keeps=True))
     session: Session = _thread_cache.session
     result = session.solve(scene)
     entries = columns(result) | recorded_warnings(result.warnings)
@@ -274,15 +273,15 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     # replaced.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
-        _refuse_losing(folder / _TABLE, points)
-    refuse_outputs(folder, (_TABLE, *output.beside), output.force)
+        _refuse_losing(folder / _RUNS_FILE, points)
+    refuse_outputs(folder, (_RUNS_FILE, *output.beside), output.force)
     return journal or Journal(folder, head)
 
 
 def framed(
     rows: Sequence[Mapping[str, Any]],
     before: Iterable[str] | Mapping[str, str],
-    of_runs: Mapping[str, str] = COLUMNS,
+    of_runs: Mapping[str, str] = ANSWER_COLUMNS,
 ) -> pd.DataFrame:
     """Return rows of runs as a frame with typed columns.
 
@@ -333,7 +332,7 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the entries of COLUMNS for a result, except ``seconds``."""
+    """Return the entries of ANSWER_COLUMNS for a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}

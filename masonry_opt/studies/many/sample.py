@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 RUNS = 128  #: Default number of runs; Sobol points are most uniform for powers of two.
 CONFIDENCE = 0.95  #: Default confidence of intervals.
-KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
+CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
 #: Names of the files of statistics, written in addition to the table of runs.
 _TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
@@ -322,15 +322,15 @@ class Sample(StudyAnswer):
 
     def _source(self) -> str:
         """Return the picture of the fragility curve as a data URL."""
-        return self.drawing(KINDS[0]).source()
+        return self.drawing(CHART_KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
         """Return the "fragility" curve, or the "sensitivity" to each random number, as an Altair chart.
 
         Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
-        if kind not in KINDS:
-            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
+        if kind not in CHART_KINDS:
+            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(CHART_KINDS)}")
         return self.drawing(kind).on_paper()
 
     def drawing(self, kind: str) -> "NamedChart":
@@ -488,11 +488,11 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     values = draws.table(n, seed)
     study = Study(prepare(method, **options).how, draws.scene, scene)
     points: list[Any] = values.to_dict("records")
-    output = None if out is None else StudyOutput(Path(out), [*_TABLES, *chart_files(KINDS)], force)
+    output = None if out is None else StudyOutput(Path(out), [*_TABLES, *chart_files(CHART_KINDS)], force)
     table = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     drawn = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if output is not None:
         tables = {f"{name}.csv": csv_text(frame) for name, frame in drawn.tables().items()}
-        charts = charts_if_installed("Sample", lambda: [drawn.drawing(kind) for kind in KINDS])
+        charts = charts_if_installed("Sample", lambda: [drawn.drawing(kind) for kind in CHART_KINDS])
         output.write(table, tables | charts)
     return drawn

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Certificate, Found
+from masonry_opt.answer.answer import Certificate, FinalState
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
@@ -54,12 +54,14 @@ def standing(scene: Scene) -> DeadLoadMargin:
     solution = _margin(replace(problem, live=problem.B @ normal), solver, effort)
     if solution is None or solution.answer is None:
         solution, d = Solution(Status.STANDS, Kind.ASSOCIATIVE), _falls(problem, solver, effort)
-        margin, found = (inf, Found()) if d is None else (-inf, Found(d=d))
+        margin, found = (inf, FinalState()) if d is None else (-inf, FinalState(d=d))
     else:
         answer = solution.answer
         margin, certificate = answer.load_factor + 0.0, answer.certificate
         stands = margin >= -LOWER
-        found = Found(q=answer.q + margin * normal) if stands else Found(d=answer.d, slope=answer.slope)
+        found = (
+            FinalState(q=answer.q + margin * normal) if stands else FinalState(d=answer.d, slope=answer.slope)
+        )
     solution = replace(solution, status=Status.STANDS, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))

@@ -1,6 +1,6 @@
 """Function ``report``: answers on one page that prints completely, with inputs, checks and what was left out.
 
-Each kind of answer becomes a ``Part`` of the page; the template ``report.html`` arranges the parts.
+Each kind of answer becomes a ``ReportPart`` of the page; the template ``report.html`` arranges the parts.
 """
 
 import re
@@ -23,7 +23,7 @@ from masonry_opt.drawing.elements import counts, title_of
 from masonry_opt.drawing.figure import Picture, is_page
 from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import movable_box
-from masonry_opt.drawing.page import MOST_BLOCKS
+from masonry_opt.drawing.page import MOST_BLOCKS_DRAWN
 from masonry_opt.drawing.pictures import result_picture, scene_picture
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import refuse_unwritable, write_whole
@@ -39,7 +39,7 @@ from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 from masonry_opt.words.load_factors import certainty, known_least, named_factor
-from masonry_opt.words.page import RESIDUALS
+from masonry_opt.words.page import RESIDUAL_MEANINGS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
 
@@ -47,7 +47,7 @@ Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a re
 _MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
-_MOST_LINES = 600  #: Largest number of lines up to which a case file is printed.
+_MOST_CASE_FILE_LINES = 600  #: Largest number of lines up to which a case file is printed.
 #: Attributes of a scene with lists of records, by the heading of their table in the report.
 _RECORDS = {
     "Joints that differ": "exceptions",
@@ -66,7 +66,7 @@ _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class ReportPart:
     """Part of a report, about one answer."""
 
     heading: str  #: heading of the part in the report
@@ -125,7 +125,7 @@ def report(
     write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
 
 
-def _with_distinct_headings(parts: Sequence[Part]) -> list[Part]:
+def _with_distinct_headings(parts: Sequence[ReportPart]) -> list[ReportPart]:
     """Return the parts of a report with numbers added to headings that occur more than once."""
     headings, numbered = [part.heading for part in parts], []
     for count, part in enumerate(parts, start=1):
@@ -158,7 +158,7 @@ def _units(units: str | None) -> dict[str, str]:
 
 
 @singledispatch
-def _part(answer: object) -> Part:
+def _part(answer: object) -> ReportPart:
     """Return the part of a report about an answer.
 
     Raises OptionError if the argument is not an answer.
@@ -168,13 +168,15 @@ def _part(answer: object) -> Part:
 
 
 @_part.register
-def _(answer: Result) -> Part:
+def _(answer: Result) -> ReportPart:
     heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
-    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results)
+    return ReportPart(
+        heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results
+    )
 
 
 @_part.register
-def _(answer: Crossing) -> Part:
+def _(answer: Crossing) -> ReportPart:
     worst, least = answer.worst, answer.least
     left_open = [
         f"Load case '{name}': axles did not cross in it, and it has no answer." for name in answer.not_crossed
@@ -190,7 +192,7 @@ def _(answer: Crossing) -> Part:
     if answer.bound is None:
         between = f"λ may be less between the solved positions ({facts['solved']})."
         left_open = [between, *left_open]
-    return Part(
+    return ReportPart(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
         says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
         assembly=least.passage.assembly,
@@ -207,12 +209,12 @@ def _(answer: Crossing) -> Part:
 
 
 @_part.register
-def _(answer: Cases) -> Part:
+def _(answer: Cases) -> ReportPart:
     drawn, kind, are_earthquakes = answer.to_draw, answer.what, isinstance(answer, Directions)
     certainties = [certainty(result) or result.message for result in answer.results.values()]
     rows = answer.table.assign(sure=certainties).drop(columns="exact")
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
-    return Part(
+    return ReportPart(
         heading=_of_case("Earthquakes", drawn) if are_earthquakes else "Load cases",
         says=f"{named_factor(drawn)}: {governs} of {counted(len(answer.results), kind)}",
         assembly=drawn.assembly,
@@ -226,7 +228,7 @@ def _(answer: Cases) -> Part:
 
 
 @_part.register
-def _(answer: Settlement) -> Part:
+def _(answer: Settlement) -> ReportPart:
     facts = answer.facts()
     reactions = [f"{end} reaction {facts[end].splitlines()[0].partition(';')[0]}" for end in answer.ends]
     results = {
@@ -234,7 +236,7 @@ def _(answer: Settlement) -> Part:
         for name, end in answer.ends.items()
         for kind, result in end.results.items()
     }
-    return Part(
+    return ReportPart(
         heading=f"Settlement, {facts['settles']}",
         says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
@@ -248,8 +250,8 @@ def _(answer: Settlement) -> Part:
 
 
 @_part.register
-def _(answer: Capacity) -> Part:
-    return Part(
+def _(answer: Capacity) -> ReportPart:
+    return ReportPart(
         heading=_of_case("After the onset", answer.result),
         says=f"{named_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
@@ -267,7 +269,7 @@ def _of_case(heading: str, result: Result) -> str:
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
 
 
-def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
+def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
     """Return the page of a report as HTML."""
     assembly = parts[0].assembly
     scene, problem = assembly.scene, assembly.problem
@@ -300,10 +302,10 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         title=title_of(scene.with_load_case(None)),
         day=date.today().isoformat(),
         versions=versions(),
-        drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
+        drawn_as="png" if len(scene.blocks) > MOST_BLOCKS_DRAWN else "svg",
         angle=lambda tangent: np.degrees(np.arctan(tangent)),
-        residuals=table(["answer", *RESIDUALS], residuals),
-        meaning=RESIDUALS,
+        residuals=table(["answer", *RESIDUAL_MEANINGS], residuals),
+        meaning=RESIDUAL_MEANINGS,
         stands=certified,
         unproven={name: certainty(result) for name, result in factors.items() if not proven[name]},
         solved={result.load_case for result in results.values()} | crossed,
@@ -392,7 +394,7 @@ def _case_text(scene: Scene) -> str:
     while text != previous:
         previous = text
         text = _LIST.sub(lambda match: f"[{' '.join(match[1].split())}]", text)
-    return text if text.count("\n") <= _MOST_LINES else ""
+    return text if text.count("\n") <= _MOST_CASE_FILE_LINES else ""
 
 
 def _of_result(result: Result) -> dict[str, dict[str, Any]]:

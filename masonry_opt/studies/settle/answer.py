@@ -36,7 +36,7 @@ from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 #: Columns of the table of reactions, without the column "end".
-_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
+_REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
 _WRITTEN_JOINTS = 12  #: Largest number of joints whose opening is written into a picture.
@@ -134,7 +134,7 @@ class Bound:
             # final state, which is that of ``result.load_factor``.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
-            rows.append(dict(zip(_COLUMNS, values, strict=True)))
+            rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
         return rows
 
     @property
@@ -230,7 +230,7 @@ class Settlement(StudyAnswer):
         and ``moves`` (names of blocks, fastest first).
         """
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
-        return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
+        return pd.DataFrame(rows, columns=["end", *_REACTION_COLUMNS]).astype({"reaction": float})
 
     told = table
 

@@ -25,7 +25,7 @@ from scenes import (
 import masonry_opt as mo
 from masonry_opt.answer import answer
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found, certify
+from masonry_opt.answer.answer import FinalState, certify
 from masonry_opt.answer.frames import joint_frame
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
@@ -137,7 +137,7 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
     """Side by side, one fast and one slow: each slides on its ledge by what it is given, by hand."""
     result = mo.solve(side_by_side(0.0, 0.0), "static")
     slow = share * MOVES
-    found = Found(d=np.array([1.0, 0, 0, slow, 0, 0]), slope=np.zeros(2))
+    found = FinalState(d=np.array([1.0, 0, 0, slow, 0, 0]), slope=np.zeros(2))
     solution = replace(result.solution, found=found)
     assert list(moving_blocks(result.assembly, solution.d)) == ([0, 1] if moves else [0])
     motion = joint_motion(result.assembly, solution)

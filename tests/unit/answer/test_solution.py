@@ -5,12 +5,12 @@ from math import inf
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.methods.exact.search import Met
+from masonry_opt.methods.exact.search import StateRecord
 
 
 def found(*load_factors, lowest=inf):
     """Return a record of states with these load factors, from twice as many starts."""
-    met = Met()
+    met = StateRecord()
     met.load_factors = list(load_factors)
     met.candidates = 2 * len(load_factors)
     met.lowest = min(lowest, *load_factors)
@@ -26,7 +26,7 @@ def test_starts_and_states_are_fields_with_the_values_of_their_reasons():
 
 
 def test_without_a_state_nothing_is_recorded():
-    solution = Met().recorded_in(Solution(Status.SOLVER_FAILED, Kind.EXACT))
+    solution = StateRecord().recorded_in(Solution(Status.SOLVER_FAILED, Kind.EXACT))
     assert (solution.starts, solution.exact_states, solution.reasons) == (None, None, ())
 
 

@@ -9,7 +9,7 @@ from scenes import CASES, WALLS, block_on_floor, forces_of, on_a_corner, overhan
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code
-from masonry_opt.drawing.colours import IDLE, UTILISATION
+from masonry_opt.drawing.colours import IDLE_COLOUR, UTILISATION
 from masonry_opt.drawing.elements import FULL, counts, result_elements
 from masonry_opt.drawing.forces import chains, thrust
 from masonry_opt.drawing.marks import moved
@@ -193,7 +193,7 @@ def test_every_joint_has_the_colour_of_its_utilisation():
     edges[-1] = np.inf
     expected = np.histogram(used[~np.isnan(used)], edges)[0]
     assert [drawn.get(colour, 0) for colour in UTILISATION] == expected.tolist()
-    assert drawn.get(IDLE, 0) == np.isnan(used).sum()
+    assert drawn.get(IDLE_COLOUR, 0) == np.isnan(used).sum()
 
 
 def test_forces_start_at_the_centroid_and_end_on_a_face_that_they_push():

@@ -19,7 +19,7 @@ import masonry_opt
 import masonry_opt as mo
 from masonry_opt.drawing import colours
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.drawing.elements import KINDS, START, legend, result_elements
+from masonry_opt.drawing.elements import PICTURE_KINDS, START, legend, result_elements
 from masonry_opt.drawing.page import page
 from masonry_opt.drawing.svg import Canvas
 
@@ -40,7 +40,7 @@ def points_of(artist):
     return np.ma.getdata(artist.get_offsets())[:, None]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PICTURE_KINDS)
 @pytest.mark.parametrize("case", [WALLS[0], CASES / "pippard_ashby" / "rib.toml"], ids=["wall", "arch"])
 def test_a_picture_has_the_elements_and_their_legend(case, kind):
     result = solved(case)
@@ -61,7 +61,9 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     assert ["utilisation" in label for label in bars] == ([True] if kind == "utilisation" else [])
 
 
-@pytest.mark.parametrize(("kind", "ending"), list(zip([*KINDS, KINDS[0]], BEGINS, strict=True)))
+@pytest.mark.parametrize(
+    ("kind", "ending"), list(zip([*PICTURE_KINDS, PICTURE_KINDS[0]], BEGINS, strict=True))
+)
 def test_every_kind_is_written_in_every_format(result, kind, ending, tmp_path):
     """As the ending says; a page shows first the kind asked for."""
     result.save(tmp_path / f"picture.{ending}", kind)
@@ -87,7 +89,7 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(result, tmp_path, 
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PICTURE_KINDS)
 def test_names_are_written_where_asked_for(result, kind):
     for names in (False, True):
         axes = result.plot(kind, names=names).axes[0]
@@ -187,7 +189,7 @@ def test_a_page_has_the_elements_and_their_legends(case):
         assert {tuple(point) for point in canvas.at(each.points[:, 0]).tolist()} <= begun
         moves = each.motion is not None and np.abs(canvas.motions(each.motion)).max() > 10
         assert ("data-motion" in drawn) == moves
-    for kind in KINDS:
+    for kind in PICTURE_KINDS:
         told = re.search(rf'<ul class="{kind}">(.*?)</ul>', text)[1]
         for label in legend([*elements.layers[kind], *elements.loads]):
             assert label in told

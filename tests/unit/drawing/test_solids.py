@@ -10,7 +10,7 @@ from scenes import CASES
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import FULL, KINDS, result_elements
+from masonry_opt.drawing.elements import FULL, PICTURE_KINDS, result_elements
 from masonry_opt.drawing.page import refuse_saving, three
 from masonry_opt.drawing.solids import axes_of, best_view, raster, surface
 
@@ -123,7 +123,7 @@ def test_the_view_is_of_the_wider_side_and_what_comes_nearer():
     assert axes_of((-90, 0)) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PICTURE_KINDS)
 def test_a_picture_has_the_legend_of_its_marks(result, kind):
     told = [text.get_text() for text in result.plot(kind).legends[0].get_texts()]
     assert told == ["block", "support", *labels(result, kind)]
@@ -146,7 +146,7 @@ def test_names_are_written_where_blocks_are_seen(result):
     assert "y 1-2" not in written
 
 
-@pytest.mark.parametrize("kind", KINDS[1:2])
+@pytest.mark.parametrize("kind", PICTURE_KINDS[1:2])
 def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
     pytest.importorskip("trimesh", reason="needs the extra meshes")
     result = mo.solve(box_on_floor((2, 2, 1), 0.5), "static")

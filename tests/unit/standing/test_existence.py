@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import PROOF, Kind
 from masonry_opt.answer.answer import (
     Existence,
-    Found,
+    FinalState,
     InfeasibilityCertificate,
     certified,
     kinematic_residual,
@@ -23,7 +23,7 @@ from masonry_opt.answer.answer import (
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.drawing.elements import KINDS
+from masonry_opt.drawing.elements import PICTURE_KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import in_units_of_load
@@ -219,11 +219,11 @@ def test_every_status_can_be_drawn(status, moves):
     assembly = assemble(slot(2))
     problem = assembly.problem
     q, d = np.ones(3 * problem.joints), np.linspace(-1, 1, 3 * problem.blocks)
-    found = Found(q=q, d=d) if moves else Found()
+    found = FinalState(q=q, d=d) if moves else FinalState()
     found = certified(problem, 0.5, q, d) if status.usable else found
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
     # Of an answer, and of what falls, in every kind.
-    for kind in KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else KINDS[:1]:
+    for kind in PICTURE_KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else PICTURE_KINDS[:1]:
         title = result.plot(kind).axes[0].get_title()
         assert (f"no load factor ({status})" in title) != status.usable

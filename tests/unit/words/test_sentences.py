@@ -15,7 +15,7 @@ from scenes import CASES, block_on_floor, overhanging, pressed_down, small_wall,
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import Found
+from masonry_opt.answer.answer import FinalState
 from masonry_opt.answer.reasons import Code, reason, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing.elements import result_elements
@@ -289,7 +289,7 @@ def test_what_is_left_after_the_peak_is_said():
 def test_a_missing_incremental_load_factor_is_explained():
     result = mo.solve(two_blocks(), "coulomb")
     why = reason(Code.NOT_COMPUTED, joints=9000)
-    expected = replace(result.solution.incremental, found=Found(), reasons=(why,), followed_to_end=False)
+    expected = replace(result.solution.incremental, found=FinalState(), reasons=(why,), followed_to_end=False)
     odd = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(odd)["incremental"]
     assert message([why]) in remark
