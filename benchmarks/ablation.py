@@ -42,11 +42,11 @@ from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
 from scenes_in_space import corner_wall  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.answer.acceptance import SMALLEST  # noqa: E402
-from masonry_opt.answer.reasons import Code  # noqa: E402
-from masonry_opt.answer.thresholds import SAME  # noqa: E402
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
+from masonry_opt.solution.acceptance import SMALLEST  # noqa: E402
+from masonry_opt.solution.reasons import Code  # noqa: E402
+from masonry_opt.solution.thresholds import SAME  # noqa: E402
 
 #: First seeds of the random scenes, above all that anything was tuned on.
 FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000

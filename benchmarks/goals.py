@@ -28,8 +28,8 @@ from atlas.large_scenes import rubble  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.answer.reasons import Code  # noqa: E402
 from masonry_opt.drawing.colours import BLACK, BLUE, ORANGE, SKY_BLUE  # noqa: E402
+from masonry_opt.solution.reasons import Code  # noqa: E402
 
 #: First seed of the scenes: nothing was tuned on what is drawn from there on.
 FIRST_SEED = 30_000

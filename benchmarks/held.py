@@ -21,7 +21,7 @@ from atlas.random_scenes import KINDS  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.answer.thresholds import is_lower  # noqa: E402
+from masonry_opt.solution.thresholds import is_lower  # noqa: E402
 
 
 def duality_gap(scene: mo.Scene) -> float | None:

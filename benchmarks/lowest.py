@@ -29,7 +29,7 @@ from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
 from mappings import mapped, mirrored  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.answer.reasons import Code  # noqa: E402
+from masonry_opt.solution.reasons import Code  # noqa: E402
 
 #: Least and largest number of joints of a scene in the plane.
 JOINTS = (8, 25)

@@ -29,12 +29,12 @@ from atlas.random_scenes_in_space import KINDS, random_scene_in_space
 from scenes_in_space import corner_wall, facade
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem import matrices
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.reasons import Status
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 

@@ -40,7 +40,7 @@ DATA = (
     (
         "Solution",
         "forces, mechanism, λ,\ncertificate, status, log",
-        "standing/ decides stability,\nmethods/ runs the method,\nmodels/ declares programs,\n"
+        "stability/ decides stability,\nmethods/ runs the method,\nmodels/ declares programs,\n"
         "solvers/ solves them",
     ),
     (
@@ -51,7 +51,7 @@ DATA = (
     (
         "Text, picture, page, file",
         "for a user or a program",
-        "words/, drawing/, exports/\nwrite what the user wants",
+        "reporting/, drawing/, exports/\nwrite what the user wants",
     ),
 )
 

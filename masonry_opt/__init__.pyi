@@ -1,8 +1,6 @@
 """The names of the package: ``__init__.py`` reads them here, and imports each when it is first wanted."""
 
 from masonry_opt.analysis import solve as solve
-from masonry_opt.answer.answer import Certificate as Certificate
-from masonry_opt.answer.reasons import Status as Status
 from masonry_opt.drawing.pictures import draw as draw
 from masonry_opt.duality import DualityReport as DualityReport
 from masonry_opt.duality import check as check
@@ -54,6 +52,8 @@ from masonry_opt.scene.solids import box as box
 from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
+from masonry_opt.solution.answer import Certificate as Certificate
+from masonry_opt.solution.reasons import Status as Status
 from masonry_opt.studies.compare.comparison import compare as compare
 from masonry_opt.studies.crossing.answer import Crossing as Crossing
 from masonry_opt.studies.crossing.crossing import crossing as crossing

@@ -10,13 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import SMALLEST, Kind
-from masonry_opt.answer.answer import FinalState
-from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.only_state import is_only_load_factor
-from masonry_opt.answer.reasons import Code, Status, reason, size_of
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import FEW_STARTS, SAME, ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
@@ -28,9 +21,16 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import SMALLEST, Kind
+from masonry_opt.solution.answer import FinalState
+from masonry_opt.solution.motion import moving_names
+from masonry_opt.solution.only_state import is_only_load_factor
+from masonry_opt.solution.reasons import Code, Status, reason, size_of
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import FEW_STARTS, SAME, ZERO, same
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
-from masonry_opt.standing.dead_load import DEAD_LOAD, carries
+from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
 #: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
 #: answer. With more joints the computation takes from 15 seconds to minutes.
@@ -139,7 +139,7 @@ class Session:
         with effort.measure("dead_load"):
             if self._is_carried_at_rest(problem, own_effort):
                 return None
-        from masonry_opt.standing import diagnosis
+        from masonry_opt.stability import diagnosis
 
         with effort.measure("dead_load"):
             try:
@@ -260,7 +260,7 @@ def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solu
     is_valid = load_factor is None or (load_factor >= -ZERO and (associative or rests))
     if solution.status is not Status.UNSTABLE and is_valid:
         return solution
-    from masonry_opt.standing.existence import withdrawn
+    from masonry_opt.stability.existence import withdrawn
 
     return withdrawn(assembly, solution, rests)
 
@@ -358,7 +358,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = _without_invalid_load_factor(assembly, replace(solution, incremental=incremental))
     if solution.load_factor is not None:
         return _with_few_starts(task.problem, _with_only_state(task.problem, solution))
-    from masonry_opt.standing.existence import explained
+    from masonry_opt.stability.existence import explained
 
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
-from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
 from masonry_opt.problem.problem import Problem, State
+from masonry_opt.reporting.sentences import BY_CHORDS, by_sides, numeral
+from masonry_opt.reporting.summary import of_fills
+from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
+from masonry_opt.solution.reasons import Reason
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
-from masonry_opt.words.sentences import BY_CHORDS, by_sides, numeral
-from masonry_opt.words.summary import of_fills
-from masonry_opt.words.terminal import frame_text
 
 if TYPE_CHECKING:
     import pandas as pd

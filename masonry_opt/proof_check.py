@@ -13,11 +13,11 @@ import numpy as np
 import scipy.sparse as sp
 from pysat.solvers import Glucose4
 
-from masonry_opt.answer.proof import REACH, EnergyBound, KinematicConflict, Proof, StaticConflict
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Proof, StaticConflict
 
 
 @dataclass(frozen=True)

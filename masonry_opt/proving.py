@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.proof import Proof
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.bounds.least import prove_least as prove_least_state
 from masonry_opt.methods.task import Task
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.proof import Proof
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,17 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from masonry_opt.answer.outcome import Outcome, Size
-from masonry_opt.answer.recomputation import limit_columns, line_columns, load_columns, normal_columns
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.files import plain
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.sentences import message, sentences
+from masonry_opt.reporting.summary import left_out, summary
+from masonry_opt.solution.outcome import Outcome, Size
+from masonry_opt.solution.recomputation import limit_columns, line_columns, load_columns, normal_columns
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import Solver
-from masonry_opt.words.sentences import message, sentences
-from masonry_opt.words.summary import left_out, summary
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,8 +14,8 @@ from scipy.optimize import LinearConstraint, linprog, milp
 from second_program import Bounds, program
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.solution.reasons import Code, Status
 
 #: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
 RANGE = 1e-5

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.solution import Solution
 from masonry_opt.cli import main
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Code
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 

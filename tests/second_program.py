@@ -20,8 +20,8 @@ from atlas.random_scenes_in_space import random_scene_in_space
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Status
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.solution.reasons import Status
 
 #: Sides of polygons about a cone, and chords or tangents of a parabola.
 SIDES, TANGENTS = 24, 64

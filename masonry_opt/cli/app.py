@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
-from masonry_opt.words.terminal import print_text, results_alone
+from masonry_opt.reporting.terminal import print_text, results_alone
 
 #: Modules of commands that are not in a module of their own name; a module is loaded when its command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}

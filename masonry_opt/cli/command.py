@@ -26,8 +26,8 @@ from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
-from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, print_text, print_warnings, residuals_of_step
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.terminal import changing_line, print_text, print_warnings, residuals_of_step
 
 Function = Callable[..., Any]
 T = TypeVar("T")

@@ -10,7 +10,6 @@ from typing import Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.answer.sense import warnings_of
 from masonry_opt.cli.command import Given, command, numbers, reader, waiting
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
@@ -20,13 +19,14 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.reporting.sentences import sentences
+from masonry_opt.reporting.terminal import print_text, print_warnings
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
 from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
-from masonry_opt.words.sentences import sentences
-from masonry_opt.words.terminal import print_text, print_warnings
+from masonry_opt.solution.sense import warnings_of
 
 #: Printed name of each kind of drawing, and the function that reads the drawing, by file suffix.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {

@@ -14,12 +14,12 @@ import masonry_opt as mo
 from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader, waiting
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.files import WRITER
+from masonry_opt.reporting.terminal import print_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
-from masonry_opt.words.terminal import print_result
 
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.

@@ -24,9 +24,9 @@ from masonry_opt.files import (
     write_folder,
     writing,
 )
+from masonry_opt.reporting.terminal import print_text
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.writing import csv_text
-from masonry_opt.words.terminal import print_text
 
 _NOT_IN_PAPER = "bracket"  #: Name of the script that is not in the paper and takes a quarter of an hour.
 _EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."

@@ -10,9 +10,9 @@ from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.cli.command import Given, command, interrupts, print_json, save, waiting
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.terminal import print_result, print_text, print_warnings
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
 _MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
 _PLOT_KIND_HELP = "Content of the picture: mechanism, thrust, utilisation or curve."

@@ -27,14 +27,14 @@ from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.files import writing
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.terminal import frame_text, print_result, print_text, print_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_cases.cases import Cases
 from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.report.report import refuse_report
-from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import frame_text, print_result, print_text, print_warnings
 
 _AXLES = typer.Option(metavar="NAME", help="Group of axles of CASE. Default: all groups.", parser=str)
 _IN_CASE = typer.Option(metavar="NAME", help="Load case of CASE. Default: all load cases with axles.")

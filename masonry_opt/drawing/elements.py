@@ -7,9 +7,6 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from masonry_opt.answer.motion import fastest, joint_motion
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.reasons import Status
 from masonry_opt.drawing import forces
 from masonry_opt.drawing.colours import (
     CRUSHING_COLOUR,
@@ -24,8 +21,11 @@ from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.scene import Scene
-from masonry_opt.words.sentences import numeral
+from masonry_opt.solution.motion import fastest, joint_motion
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Status
 
 #: Kinds of pictures of a result: the quantity that is drawn on the joints.
 PICTURE_KINDS = ("mechanism", "thrust", "utilisation")

@@ -18,15 +18,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.reasons import Code
 from masonry_opt.drawing.colours import BLACK, BLOCK, HATCH, HINGING_COLOUR, SLIDING_COLOUR, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import PICTURE_KINDS, heading, legend, title_of
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import image_source, picture_metadata, refuse_unwritable, write_whole
+from masonry_opt.reporting.sentences import numeral, sentences
 from masonry_opt.scene.scene import Scene
-from masonry_opt.words.sentences import numeral, sentences
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Code
 
 PICTURE_FORMATS = ("png", "svg", "pdf")  #: File formats of pictures, which are also the file name endings.
 CURVE = "curve"  #: Kind of picture that shows the load–displacement curve instead of blocks.

@@ -5,14 +5,14 @@ from collections.abc import Iterable
 import numpy as np
 import shapely
 
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing import colours
 from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
 from masonry_opt.scene.rows import linked
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.thresholds import IDLE
 
 #: Largest numbers of arrows of parallel forces, by dimension: for weights, and for each other kind of load.
 #: If there are more forces, a single arrow shows their direction. In space the numbers are smaller, because

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.motion import joint_motion, joints_that_move
-from masonry_opt.answer.outcome import Outcome
+from masonry_opt.solution.acceptance import SMALLEST
+from masonry_opt.solution.motion import joint_motion, joints_that_move
+from masonry_opt.solution.outcome import Outcome
 
 #: Number of keyframes from rest to the incremental load factor. A larger value makes larger pages; a smaller
 #: value omits more steps of a long load history.

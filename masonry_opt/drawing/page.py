@@ -12,9 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.motion import fastest
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import BLOCK, HINGING_COLOUR, SLIDING_COLOUR, SUPPORT_COLOUR, UTILISATION
 from masonry_opt.drawing.elements import PICTURE_KINDS, START, Elements, counts, motion_of, result_elements
 from masonry_opt.drawing.figure import curve_picture, is_page, refuse_file, refuse_kind
@@ -26,10 +23,21 @@ from masonry_opt.drawing.solids import ViewAngles, best_view, refuse_view, surfa
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
+from masonry_opt.reporting.page import (
+    answer,
+    begins,
+    certificate,
+    described,
+    headline,
+    load_factor_rows,
+    text,
+)
+from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import library
-from masonry_opt.words.page import answer, begins, certificate, described, headline, load_factor_rows, text
-from masonry_opt.words.sentences import message, numeral, sentences
+from masonry_opt.solution.motion import fastest
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.thresholds import IDLE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
 #: Integer that represents a rotation of one radian in the data of a page. A smaller value makes animated

@@ -11,8 +11,6 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.path import Path
 
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing import figure
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.elements import START, Elements, result_elements, scene_elements
@@ -22,10 +20,12 @@ from masonry_opt.drawing.marks import Marks, moved, outlines
 from masonry_opt.drawing.solids import Solids, ViewAngles, best_view, refuse_view
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.scene import Scene
-from masonry_opt.words.sentences import sentences
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.sense import warnings_of
 
 _SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
 #: Smallest font size of block names in scenes with many blocks, in points. Such names are legible in an

@@ -33,11 +33,11 @@ from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.proving import prove_least
+from masonry_opt.reporting.sentences import by_sides
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
-from masonry_opt.words.sentences import by_sides
 
 #: Upper bound ε of the products z p that replaces complementarity. It must be larger than the feasibility
 #: tolerance of solvers and small compared with a load factor.

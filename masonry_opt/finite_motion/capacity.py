@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGING_COLOUR, JOINT, SEPARATING_COLOUR
 from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.marks import Marks
@@ -23,12 +22,13 @@ from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
+from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
+from masonry_opt.reporting.names import labelled, some, warning_lines
+from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.words.load_factors import certainty, named_factor, own_name
-from masonry_opt.words.names import labelled, some, warning_lines
-from masonry_opt.words.sentences import message, numeral
+from masonry_opt.solution.reasons import Code, Reason
 
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture

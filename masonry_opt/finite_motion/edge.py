@@ -6,9 +6,6 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import brentq
 
-from masonry_opt.answer.motion import fastest, joint_motion, moving_blocks, velocities
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.moved_blocks import least_missed, moved, overlapping, placed, turned
@@ -17,9 +14,12 @@ from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
+from masonry_opt.reporting.names import some
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import lengths
-from masonry_opt.words.names import some
+from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, velocities
+from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.thresholds import same
 
 #: Largest deviation of a mechanism from the rotation of one rigid body about an edge, relative to the speed
 #: of the fastest corner and to the size of the scene. A larger value treats more mechanisms as such a

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.errors import OptionError
-from masonry_opt.words.names import labelled
-from masonry_opt.words.sentences import numeral
+from masonry_opt.reporting.names import labelled
+from masonry_opt.reporting.sentences import numeral
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 import shapely
 
-from masonry_opt.answer.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
@@ -19,6 +18,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import dots, linked
+from masonry_opt.solution.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
@@ -321,9 +321,9 @@ class MovedBlocks:
         """Return the corners that stay in contact, and the joints that slide, in the motion of an optimum.
 
         The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
-        of the speed of the fastest corner, as in :func:`~masonry_opt.answer.motion.joint_motion`, and carries
-        a force or does not open. A corner that slips less, as on surveyed blocks, still touches unless it
-        opens by more than friction times its slip.
+        of the speed of the fastest corner, as in :func:`~masonry_opt.solution.motion.joint_motion`, and if it
+        carries a force or does not open. A corner that slips less, as on surveyed blocks, still touches
+        unless it opens by more than friction times its slip.
         """
         opening, slip = self.relative(poses, optimum.motion)
         speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0

@@ -11,14 +11,14 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping, placed, turned
 from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.thresholds import ZERO, same
 
 #: Largest violation of equilibrium and yield by admissible forces, in the unit of force.
 BORNE = 1e-8

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, FinalState, certified
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Answer, FinalState, certified
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
@@ -52,7 +52,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     word = answer.solved.status
     if state is None:
         # The import is local because it takes seconds and few analyses need it.
-        from masonry_opt.standing.diagnosis import no_optimum
+        from masonry_opt.stability.diagnosis import no_optimum
 
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
         return replace(solution, status=status, reasons=(why,), found=FinalState(forms=problem.forms))

@@ -17,15 +17,15 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import FinalState, certified
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
 from masonry_opt.problem.problem import State, in_units_of_live_load
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import FinalState, certified
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
 #: Factor by which ε falls from one solve to the next.

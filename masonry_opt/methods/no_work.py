@@ -22,16 +22,16 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.only_state import is_only_load_factor
-from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import APART, ZERO
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, in_units_of_load
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.only_state import is_only_load_factor
+from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 

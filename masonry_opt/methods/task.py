@@ -7,10 +7,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 

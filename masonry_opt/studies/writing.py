@@ -24,11 +24,11 @@ from typing import Any
 import pandas as pd
 import psutil
 
-from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER, write_whole, writing
+from masonry_opt.reporting.names import labelled, some, warning_lines
+from masonry_opt.solution.frames import unsigned
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
-from masonry_opt.words.names import labelled, some, warning_lines
 
 #: Message of the error if a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"

@@ -11,9 +11,9 @@ from contact_dynamics import QUICK, FallsUnderItsWeight, collapse_load
 from scenes import values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.exact.search import StateRecord, lower_of
-from masonry_opt.words.load_factors import certainty, load_factor_lines
+from masonry_opt.reporting.load_factors import certainty, load_factor_lines
+from masonry_opt.solution.reasons import Code
 
 
 @pytest.mark.parametrize("method", ["coulomb", "incremental"])

@@ -8,12 +8,12 @@ from atlas.random_scenes import random_scene
 from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket
 from masonry_opt.methods.bracket.relaxation import BoundStep, bounds_of, distances, relaxed, tightened
 from masonry_opt.methods.coulomb.search import LowerState
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.reasons import Code
 
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"

@@ -8,10 +8,10 @@ from atlas.random_scenes import random_scene
 from scenes import CASES, WALLS, block_on_floor, irregular, small_wall, solved, two_blocks, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import Alternation
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.reasons import Code
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 #: What "exact" means: every part of the certificate.

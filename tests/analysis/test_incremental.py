@@ -19,11 +19,11 @@ from scenes import (
 )
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.methods import associative
 from masonry_opt.methods.incremental import method as incremental_method
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 

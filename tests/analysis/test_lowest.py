@@ -17,7 +17,7 @@ from scenes import solved, values_of
 from scenes_in_space import corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.solution.reasons import Code
 
 FOLDER = Path(__file__).parent / "low_states"
 TOLERANCE = 1e-6

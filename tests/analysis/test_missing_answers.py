@@ -13,8 +13,8 @@ from scenes import values_of
 from second_program import bounds
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.reasons import Code, Status
 
 FOLDER = Path(__file__).parent / "missing_answers"
 

@@ -16,10 +16,10 @@ from scenes import WALLS, block_on_floor, values_of
 from second_program import bounds
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.methods import no_work
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Code, reason
 
 FRICTION = 0.5
 COULOMB = ("coulomb", "incremental", "nonassociative", "mpec", "global")

@@ -5,9 +5,9 @@ import pytest
 from scenes import CASES, WALLS, block_on_floor, declared, small_wall, solved, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import MOST_ENERGY
-from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import MOST_ENERGY
+from masonry_opt.solution.reasons import Code
 
 WALL_3, WALL_6 = WALLS[2], WALLS[5]
 

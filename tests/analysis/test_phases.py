@@ -10,7 +10,7 @@ from screens import Screen
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
-from masonry_opt.words.terminal import residuals_of_step
+from masonry_opt.reporting.terminal import residuals_of_step
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?"]

@@ -21,14 +21,14 @@ from scenes_in_space import corner_wall
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.proof import KinematicConflict, Proof, StaticConflict
 from masonry_opt.methods.bounds.least import prove_least
 from masonry_opt.methods.bounds.settings import SETTINGS
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.proof_check import check
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.proof import KinematicConflict, Proof, StaticConflict
 
 FOLDER = Path(__file__).parent / "low_states"
 

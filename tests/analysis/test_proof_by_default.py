@@ -12,7 +12,6 @@ from mappings import mapped, mirrored
 from scenes import solved, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.bounds.least import LeastProof
 from masonry_opt.methods.bounds.settings import BUDGET, SETTINGS, ProofBudget
 from masonry_opt.methods.coulomb import method, search
@@ -20,6 +19,7 @@ from masonry_opt.methods.coulomb.steps import ExactFrom, Incremental, LeastProve
 from masonry_opt.methods.exact.search import Search
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.reasons import Code
 
 FOLDER = Path(__file__).parent / "low_states"
 WALL, STONES = FOLDER / "wall_13_joints.toml", FOLDER / "stones_14_joints.toml"

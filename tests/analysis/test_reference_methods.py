@@ -6,9 +6,9 @@ import pytest
 from scenes import CASES, WALLS, pressed_down, small_wall, solved, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.exact.refiner import Refiner
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
 
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"

@@ -5,8 +5,8 @@ from atlas.entries import STEPPED, TWO_PATHS
 from scenes import CASES, WALLS, solved, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.reasons import Code, Status
 
 WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]
 

@@ -6,13 +6,13 @@ import pytest
 from scenes import WALLS, small_wall, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.search import Search, StateRecord
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
 
 #: What "exact" means: every part of the certificate.
 EXACT = 1e-8

@@ -8,13 +8,13 @@ from contact_dynamics import FallsUnderItsWeight, collapse_load
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.relaxation import Rising
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.contacts import joints
 from masonry_opt.scene.contacts.alignment import AlignedContacts
+from masonry_opt.solution.reasons import Code
 
 
 def test_the_default_ends_low_where_states_are_far_apart():

@@ -26,7 +26,7 @@ from atlas.expectations import (
     refused,
 )
 
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
 
 #: Two paths to the base, round an opening, whose load factors lie near each other.
 TWO_PATHS = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)

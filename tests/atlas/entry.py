@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.reasons import Reason, Status
 from masonry_opt.errors import CaseError, MasonryError
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Reason, Status
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from typing import Any
 
 from atlas.entry import Expectation
 
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import CaseError
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.thresholds import ZERO
 
 #: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.
 LOOP = 2e-5

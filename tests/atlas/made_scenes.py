@@ -13,9 +13,9 @@ from atlas.entry import Entry, Expectation
 from atlas.large_scenes import LARGE, large_scene
 from atlas.random_scenes import KINDS, random_scene
 
-from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, REASON_NAMED, WRONG, claim_of, question_of
 from masonry_opt.studies.compare.runs import content_of
 from masonry_opt.studies.runner import REFUSED

@@ -9,7 +9,7 @@ from atlas.made_scenes import judged_by_hand, right_claims, write_atlas
 from lines import line
 from scenes import CASES
 
-from masonry_opt.answer.reasons import Status
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, REASON_NAMED, WRONG, summary
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 

@@ -11,12 +11,12 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.keys import Keys
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest
 from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.keyframes import keyframes_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.page import HISTORY, motions_of
 from masonry_opt.drawing.svg import SIDE, Canvas
+from masonry_opt.solution.motion import fastest
 
 pytestmark = pytest.mark.slow
 

@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 from lines import line
 
-from masonry_opt.answer.answer import Existence
-from masonry_opt.answer.reasons import Status
+from masonry_opt.solution.answer import Existence
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.compare import judge as judging
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, REASON_NAMED, WRONG, BestKnown, judge

@@ -10,10 +10,10 @@ import pytest
 from scenes import block_on_floor, pressed_down
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.generator import Generator
+from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.warning_codes import StudyCode
 
 ROOT = Path(__file__).parents[2]

@@ -7,8 +7,8 @@ from scenes import CASES, WALLS, two_blocks
 from scenes_in_space import corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import joint_motion
 from masonry_opt.drawing.keyframes import COLLAPSE_FRAMES, KEYFRAMES, keyframes_of
+from masonry_opt.solution.motion import joint_motion
 
 
 @pytest.fixture(scope="module", params=["wall 1", "corner"])

@@ -22,12 +22,12 @@ from scenes import (
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.load_history import LoadStep
-from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.problem import State
+from masonry_opt.solution.load_history import LoadStep
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.registry import MATRICES
 
 #: Incremental load factors of the walls of Table 1 by an independent program over the same matrices, which

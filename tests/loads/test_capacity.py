@@ -10,10 +10,10 @@ from mappings import mapped, turned
 from scenes import CASES, block_on_floor, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.reasons import Code
 
 SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
 #: Of a curve against a closed form.

@@ -8,10 +8,10 @@ from mappings import turned
 from scenes import CASES, block_on_floor, on_floor, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.scene.solids import prism
+from masonry_opt.solution.reasons import Code
 
 SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
 #: Of a curve against a closed form, and of the onset that a solver found.

@@ -9,12 +9,12 @@ from scenes import axles_on_a_beam
 
 import masonry_opt as mo
 from masonry_opt.analysis import Session
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.solution import Solution
 from masonry_opt.studies.crossing.crossing import _passages
 from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 

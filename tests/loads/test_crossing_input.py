@@ -9,10 +9,10 @@ import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.solution import Solution
 from masonry_opt.scene.road import SETS
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
+from masonry_opt.solution.solution import Solution
 
 
 def test_a_group_that_is_the_same_from_behind_crosses_once():

@@ -11,8 +11,8 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.drawing.elements import counts, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.reporting.summary import summary
 from masonry_opt.scene.blocks import rectangle
-from masonry_opt.words.summary import summary
 
 GAMMA = 2.0
 

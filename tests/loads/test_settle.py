@@ -9,8 +9,8 @@ import pytest
 from mappings import mapped, turned
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.settle.answer import Bound
 
 DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)

@@ -11,7 +11,7 @@ from atlas.small_scenes import rectangle
 from loads.settling_programs import exact_load_factors, reactions, thrusts
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Status
+from masonry_opt.solution.reasons import Status
 
 
 def arch(count: int, thickness: float, friction: float) -> mo.Scene:

@@ -8,9 +8,9 @@ from atlas.held_scenes import held
 from scenes import block_on_floor, on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.thresholds import is_lower
 
 METHODS = (*("static", "kinematic", "nonassociative", "coulomb", "incremental"),)
 TO_THE_LEFT = {"A": {"live": (-1.0, 0.0)}}

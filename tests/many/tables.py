@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.reasons import Status
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.many.runs import RUN_COLUMNS, framed
 from masonry_opt.studies.many.sample import Sample
 

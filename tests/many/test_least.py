@@ -8,8 +8,8 @@ import pytest
 from scenes import CASES, WALLS, block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.many.runs import ANSWER_COLUMNS
 from masonry_opt.studies.many.standing import standing
 

@@ -8,8 +8,8 @@ from many.tables import same
 from scenes import block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import certified
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.answer import certified
 from masonry_opt.studies.many.run_warnings import warnings_of_falls
 from masonry_opt.studies.many.shared_states import (
     RECORDED_UP_TO,

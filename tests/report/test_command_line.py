@@ -22,8 +22,8 @@ from scenes_in_space import box_on_floor
 from screens import Screen
 
 import masonry_opt as mo
+from masonry_opt.reporting.terminal import print_result
 from masonry_opt.scene.blocks import rectangle
-from masonry_opt.words.terminal import print_result
 
 cli_solve = import_module("masonry_opt.cli.solve")
 WALL_1 = WALLS[0]

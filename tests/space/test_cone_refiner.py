@@ -5,10 +5,10 @@ from scenes import values_of
 from scenes_in_space import corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.methods.exact.refiner import ConeRefiner, RefinerTimeout
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WALL = corner_wall(2, 2, 2)

@@ -6,15 +6,15 @@ from atlas.random_scenes_in_space import KINDS, random_scene_in_space
 from scenes import solved
 from scenes_in_space import pushed_box
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone, Sides
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import certified
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.solution import Solution
 
 #: The smallest, and others.
 SCENES = [*(("boxes", 18), ("piers", 3)), *(pytest.param(kind, 0, marks=pytest.mark.slow) for kind in KINDS)]

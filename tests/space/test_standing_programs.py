@@ -11,11 +11,11 @@ from second_program import points_of
 from space.standing_program import out_of_balance
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing import diagnosis
+from masonry_opt.stability import diagnosis
 
 #: Forces that leave less than the first, in median block weights, carry; more than the second, none do. The
 #: package draws the line between them, at 1e-7.

@@ -4,7 +4,7 @@ that no load causes would hold."""
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.solution.reasons import Code, Status
 
 METHODS = ["static", "kinematic", "nonassociative", "incremental", "coulomb"]
 FRICTION = mo.JointDefaults(friction=0.6)

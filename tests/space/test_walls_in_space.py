@@ -10,14 +10,14 @@ from second_program import bounds
 from space.reference_values import REFERENCES, Reference
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
 
 #: Blocks and friction of the wall of fast tests; blocks of the largest whose exact states are asked for.
 FAST, MOST = (13, 0.6), 42

@@ -8,7 +8,7 @@ from atlas.entry import Expectation, difference
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.solution.reasons import Code, reason
 
 #: Methods whose first run of an entry is fast; all other runs, and all of Table 1's walls, are slow.
 FAST = ("static", "nonassociative", "coulomb")

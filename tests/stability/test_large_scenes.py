@@ -4,11 +4,11 @@ import pytest
 from atlas.large_scenes import LARGE, large_scene
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing.diagnosis import falling_mechanism
+from masonry_opt.stability.diagnosis import falling_mechanism
 
 #: Joints of a stone, over all sizes: nearly three in large scenes, fewer in small ones.
 JOINTS = {"rubble": (2, 3), "openings": (1.5, 3), "piers": (1.3, 3)}

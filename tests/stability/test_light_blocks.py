@@ -9,9 +9,9 @@ from atlas.small_scenes import rectangle
 from scenes import WALLS
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import certified
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import certified
 
 RUNS = {
     "static": ("static", {}),

@@ -16,8 +16,8 @@ from scenes_in_space import corner_wall, pushed_box
 from space import mappings_in_space
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 EXACT, RANDOM = 1e-7, 1e-6

@@ -6,7 +6,7 @@ from atlas.held_scenes import held
 from atlas.random_scenes import random_scene
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Status
+from masonry_opt.solution.reasons import Status
 
 #: Of two conic programs solved to 1e-9; the most of 500 such scenes is 5e-8.
 SAME = 1e-6

@@ -8,9 +8,9 @@ import pytest
 from atlas.odd_stones import odd_scene
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Status
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.reasons import Status
 
 #: Programs solved to 1e-9, twice; sliver cells cost digits.
 RANDOM = 1e-6

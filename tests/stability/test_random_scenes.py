@@ -15,8 +15,8 @@ from mappings import SAME, mapped, same
 from scenes import solved
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
-from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind
+from masonry_opt.solution.reasons import Code, Status
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 RANDOM = 1e-6

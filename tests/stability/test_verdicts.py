@@ -8,7 +8,7 @@ from scenes import values_of
 from second_program import random_of_any_kind, verdict_on
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.solution.reasons import Code
 
 #: Seeds that nothing is tuned on, and of the first eight those that take a second at most.
 FIRST, FAST = 910_000, (0, 2, 3, 4)

@@ -60,7 +60,7 @@ LATER = {
 
 
 #: What is said and drawn of a result when it is asked to: imported there, within its methods.
-FETCHED = {"result.py": ("masonry_opt.words", "masonry_opt.drawing")}
+FETCHED = {"result.py": ("masonry_opt.reporting", "masonry_opt.drawing")}
 
 
 def test_no_module_knows_what_comes_after_it():

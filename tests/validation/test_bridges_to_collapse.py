@@ -13,9 +13,9 @@ from arch_under_fill import ArchUnderFill
 from scenes import CASES, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import joint_motion
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
+from masonry_opt.solution.motion import joint_motion
 
 SPREAD = math.tan(math.radians(30))
 #: Rankine's coefficients at φ = 30°, and the share of the passive one that the cases count on.

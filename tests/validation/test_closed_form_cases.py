@@ -13,9 +13,9 @@ from hinges import four_hinge_load_factors, radial_joints
 from scenes import CASES, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import CLOSED
-from masonry_opt.answer.answer import certify
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.acceptance import CLOSED
+from masonry_opt.solution.answer import certify
 
 METHODS = ["static", "coulomb", "nonassociative"]
 

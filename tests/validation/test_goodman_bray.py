@@ -19,11 +19,11 @@ import pytest
 from scenes import CASES, solved, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import certify
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.answer import certify
+from masonry_opt.solution.reasons import Code
 
 SLOPE = CASES / "goodman_bray" / "slope.toml"
 LIMITING = CASES / "goodman_bray" / "slope_limiting.toml"

@@ -6,8 +6,8 @@ from scenes import solved
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Code
 
 HEIGHT = 0.25
 

@@ -4,8 +4,8 @@ import pytest
 from scenes import on_floor, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Status
 
 METHODS = ("static", "kinematic", "nonassociative", "coulomb")
 

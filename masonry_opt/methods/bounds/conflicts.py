@@ -13,11 +13,11 @@ from math import inf
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.answer.proof import REACH, Conflict, EnergyBound, KinematicConflict, StaticConflict
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.problem.problem import Problem, Scaled
+from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicConflict, StaticConflict
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 

@@ -3,15 +3,15 @@
 import time
 from dataclasses import dataclass
 
-from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.proof import Proof
-from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import SMALLEST
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.proof import Proof
+from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 @dataclass(frozen=True)

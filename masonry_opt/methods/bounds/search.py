@@ -15,10 +15,6 @@ import numpy as np
 from pysat.engines import Propagator
 from pysat.solvers import Cadical195
 
-from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.proof import Conflict, EnergyBound, Proof, StaticConflict
-from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.methods.bounds.conflicts import (
     Kinematics,
     Refutation,
@@ -33,6 +29,10 @@ from masonry_opt.methods.exact.refiner import Refiner, refiner_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import in_units_of_load
+from masonry_opt.solution.acceptance import SMALLEST
+from masonry_opt.solution.answer import Answer, certified
+from masonry_opt.solution.proof import Conflict, EnergyBound, Proof, StaticConflict
+from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 class ConflictSearchTimeout(Exception):

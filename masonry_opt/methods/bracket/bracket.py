@@ -9,10 +9,6 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import FinalState
-from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
@@ -22,6 +18,10 @@ from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import FinalState
+from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. It

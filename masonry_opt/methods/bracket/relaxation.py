@@ -14,13 +14,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import shortest_path
 
-from masonry_opt.answer.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 

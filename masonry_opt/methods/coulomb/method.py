@@ -11,9 +11,6 @@ from typing import Annotated, Any
 
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import LogEntry, Solution
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
@@ -26,6 +23,9 @@ from masonry_opt.methods.coulomb.steps import (
     Loop,
 )
 from masonry_opt.methods.task import Options, Task, of_same_scene
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.solution import LogEntry, Solution
 
 #: Steps of the default method, in order.
 STEPS: tuple[CoulombStep, ...] = (

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.load_history import LoadHistory
-from masonry_opt.answer.only_state import is_only_load_factor
-from masonry_opt.answer.proof import Proof
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.load_history import LoadHistory
+from masonry_opt.solution.only_state import is_only_load_factor
+from masonry_opt.solution.proof import Proof
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import ZERO
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation

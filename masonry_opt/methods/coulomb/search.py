@@ -5,11 +5,6 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.proof import Proof
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import same
 from masonry_opt.methods.bounds.settings import BUDGET
 from masonry_opt.methods.coulomb.run import with_proof
 from masonry_opt.methods.exact.refiner import (
@@ -23,6 +18,11 @@ from masonry_opt.methods.exact.refiner import (
 from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.proof import Proof
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import same
 
 if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof

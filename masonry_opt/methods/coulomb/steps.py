@@ -6,11 +6,6 @@ Modules that declare programs are imported where they are used: modelling langua
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Existence
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.errors import counted
 from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
@@ -20,6 +15,11 @@ from masonry_opt.methods.incremental.method import IncrementalOptions, increment
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Task
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Existence
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import ZERO, is_lower
 from masonry_opt.solvers.registry import find_solver
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class ExactFrom:
     def _run_from_associative(self, run: CoulombRun) -> None:
         run.known = with_associative(run.task, run.known)
         if run.known.associative is None:
-            from masonry_opt.standing.existence import existence
+            from masonry_opt.stability.existence import existence
 
             run.known = replace(run.known, infeasibility=existence(run.problem, run.effort))
             if run.known.proven_none:

@@ -11,14 +11,14 @@ from functools import cached_property
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind, over_load_factor
-from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
+from masonry_opt.solution.acceptance import Kind, over_load_factor
+from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 

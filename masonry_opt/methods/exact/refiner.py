@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.motion import weightless
-from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Answer, certified
+from masonry_opt.solution.motion import weightless
+from masonry_opt.solution.thresholds import ZERO, is_lower
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 

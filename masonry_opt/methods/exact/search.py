@@ -9,10 +9,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import SAME, ZERO, is_lower, same
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
@@ -20,6 +16,10 @@ from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SAME, ZERO, is_lower, same
 
 #: Kind of a start, and the exact state found from it (None without one).
 Candidate = tuple[str, ExactState | None]

@@ -21,10 +21,6 @@ from math import inf
 
 import numpy as np
 
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.load_history import LoadHistory, LoadStep
-from masonry_opt.answer.motion import weightless
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
 from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
@@ -38,6 +34,10 @@ from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.load_history import LoadHistory, LoadStep
+from masonry_opt.solution.motion import weightless
+from masonry_opt.solution.thresholds import SAME
 
 
 class End(StrEnum):

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
+from masonry_opt.solution.answer import Answer, certified
 
 
 @dataclass(frozen=True)

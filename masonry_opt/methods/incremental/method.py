@@ -17,12 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, InstanceOf, Strict
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, FinalState, certified
-from masonry_opt.answer.load_history import LoadStep
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.incremental.analysis import (
     End,
@@ -34,6 +28,12 @@ from masonry_opt.methods.incremental.analysis import (
 from masonry_opt.methods.incremental.collapse_state import find_collapse_state
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.task import Options, Task
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Answer, FinalState, certified
+from masonry_opt.solution.load_history import LoadStep
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SAME
 
 
 class IncrementalOptions(Options):

@@ -5,17 +5,17 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
-from masonry_opt.answer.acceptance import BORNE_OUT
-from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import Iteration, Run, belong_together
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import BORNE_OUT
+from masonry_opt.solution.answer import certified
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
-from masonry_opt.standing.diagnosis import no_optimum
+from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):

@@ -7,17 +7,17 @@ from itertools import islice
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Answer, FinalState, certified
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import SubProblem, corrected, sub_problems
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
+from masonry_opt.solution.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
+from masonry_opt.solution.answer import Answer, FinalState, certified
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SAME
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy

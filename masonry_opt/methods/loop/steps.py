@@ -6,10 +6,10 @@ from itertools import count
 
 import numpy as np
 
-from masonry_opt.answer.answer import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import LoopParameters
 from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.solution.answer import largest_acting, of_lesser_block
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 

@@ -14,10 +14,10 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
-from masonry_opt.answer.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, in_units_of_load
+from masonry_opt.solution.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
@@ -175,7 +175,9 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     scene is unlimited. In space it uses polygons inside the friction cones: if λ is unlimited with these, it
     is unlimited with cones too.
     """
-    from masonry_opt.standing.diagnosis import falling_mechanism  # imports modelling languages, which is slow
+    from masonry_opt.stability.diagnosis import (
+        falling_mechanism,  # imports modelling languages, which is slow
+    )
 
     scaled = in_units_of_load(problem)
     problem = scaled.problem.by_cone

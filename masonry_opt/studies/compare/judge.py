@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind, over_load_factor
-from masonry_opt.answer.answer import Existence
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import SAME, is_lower
 from masonry_opt.errors import CaseError, counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.reporting.names import warning_lines
+from masonry_opt.solution.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind, over_load_factor
+from masonry_opt.solution.answer import Existence
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.thresholds import SAME, is_lower
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import (
     CERTIFICATE_RESIDUALS,
@@ -26,7 +27,6 @@ from masonry_opt.studies.compare.runs import (
 )
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
-from masonry_opt.words.names import warning_lines
 
 #: Kinds of answers that can be exact. Answers of the loop are not among them, because sliding joints may
 #: contract.

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.solution.acceptance import LIMITS, OUTSIDE
 from masonry_opt.studies.charts import NamedChart, alt, legend, script
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.runs import CERTIFICATE_RESIDUALS
 from masonry_opt.studies.runner import FINISHED, MEMORY_LIMIT, TIME_LIMIT
 from masonry_opt.studies.writing import frame_table, in_words, machine, render, table, versions
-from masonry_opt.words.sentences import numeral
 
 #: Columns of the table of runs.
 _RUNS = [

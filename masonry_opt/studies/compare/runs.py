@@ -10,18 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import refuse_without_live_load, solve
-from masonry_opt.answer.sense import warnings_of
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.case_file import case_folder, load
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
-from masonry_opt.words.sentences import sentences
 
 _DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
 #: Columns that identify a run. A run is not repeated if the journal has a run with equal values.

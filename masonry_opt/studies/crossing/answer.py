@@ -12,22 +12,22 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import same
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, save_as, style
 from masonry_opt.drawing.page import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
+from masonry_opt.reporting.names import some
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.load_factors import certainty, named_factor, own_name
-from masonry_opt.words.names import some
-from masonry_opt.words.sentences import numeral
 
 _PLACE = ["axles", "direction", "position"]  #: Columns that identify a position.
 WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the least load factor.

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.analysis import Session, prepare
-from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import DEFAULT
@@ -21,6 +20,7 @@ from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import WITHIN, Crossing
 

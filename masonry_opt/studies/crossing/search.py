@@ -15,10 +15,6 @@ import numpy as np
 import pandas as pd
 import shapely
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.assembly import Assembly
@@ -27,6 +23,10 @@ from masonry_opt.problem.problem import Problem, ShearLimits, in_units_of_load
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.road import Axles, TravelDirection
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import certified
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.reasons import Status
 from masonry_opt.drawing.colours import AT_REST, BLACK, SERIES, VERMILION
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
@@ -19,15 +18,16 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
+from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
+from masonry_opt.reporting.names import warning_lines
+from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
-from masonry_opt.words.load_factors import INCREMENTAL, factor_text, named_factor
-from masonry_opt.words.names import warning_lines
-from masonry_opt.words.terminal import frame_text
 
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
 _MOST_LETTERS = 24  #: Largest length of a name next to a bar, in letters.

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import (
     CRUSHING_COLOUR,
     HINGING_COLOUR,
@@ -23,6 +22,7 @@ from masonry_opt.drawing.colours import (
     SERIES,
     SLIDING_COLOUR,
 )
+from masonry_opt.solution.thresholds import ZERO
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 

@@ -16,23 +16,23 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.answer import Certificate
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.reporting.load_factors import ASSOCIATIVE, meaning, own_name
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.answer import Certificate
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.thresholds import JUMP, LOWER
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
-from masonry_opt.words.load_factors import ASSOCIATIVE, meaning, own_name
-from masonry_opt.words.sentences import numeral
 
 FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable under its dead load.
 UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.reasons import Reason
-from masonry_opt.answer.thresholds import same
 from masonry_opt.errors import counted
 from masonry_opt.files import plain
+from masonry_opt.reporting.sentences import numeral, sentences
+from masonry_opt.solution.reasons import Reason
+from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
-from masonry_opt.words.sentences import numeral, sentences
 
 #: Last parts of the names of numbers that limit forces. A state that does not reach a limit is also a state
 #: of a scene with a larger limit.

@@ -15,18 +15,19 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from masonry_opt.analysis import Session
-from masonry_opt.answer.acceptance import SMALLEST, Kind
-from masonry_opt.answer.frames import unsigned
-from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.reporting.load_factors import LOWEST, own_name
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import SMALLEST, Kind
+from masonry_opt.solution.frames import unsigned
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SAME
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
@@ -39,7 +40,6 @@ from masonry_opt.studies.many.run_warnings import (
 from masonry_opt.studies.many.shared_states import SharedAnswer, recorded_state, shared_answers
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
-from masonry_opt.words.load_factors import LOWEST, own_name
 
 #: Types of the columns of a run that follow its values, by column name. Only ``seconds`` differs between
 #: machines.

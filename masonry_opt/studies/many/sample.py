@@ -11,12 +11,14 @@ import pandas as pd
 from scipy import stats
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.reporting.load_factors import meaning
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.thresholds import SAME
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit
 from masonry_opt.studies.many.runs import (
@@ -31,8 +33,6 @@ from masonry_opt.studies.many.runs import (
 from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
-from masonry_opt.words.load_factors import meaning
-from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import altair

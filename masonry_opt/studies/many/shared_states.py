@@ -15,14 +15,14 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
-from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import same
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind
+from masonry_opt.solution.answer import Answer, certified
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import same
 
 #: Largest number of joints (in space of contact points) of scenes whose states are recorded. A state of a
 #: larger scene takes more than 150 kB of the journal and of memory.

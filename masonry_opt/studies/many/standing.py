@@ -6,23 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Certificate, FinalState
-from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code, Status, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.reporting.sentences import message
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import MARGIN_ENERGY, SMALLEST, Kind
+from masonry_opt.solution.answer import Certificate, FinalState
+from masonry_opt.solution.motion import moving_names
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import LOWER
 from masonry_opt.solvers.registry import Solver, find_solver
-from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.words.sentences import message
+from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 
 class DeadLoadMargin(NamedTuple):

@@ -13,6 +13,9 @@ import pandas as pd
 from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.reporting.load_factors import meaning
+from masonry_opt.reporting.names import warning_lines
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
@@ -28,9 +31,6 @@ from masonry_opt.studies.many.runs import (
 )
 from masonry_opt.studies.runner import UNSOLVED
 from masonry_opt.studies.writing import chart_files
-from masonry_opt.words.load_factors import meaning
-from masonry_opt.words.names import warning_lines
-from masonry_opt.words.sentences import numeral
 
 
 def sweep(  # noqa: PLR0913 - options of the public API are keywords

@@ -16,9 +16,6 @@ import numpy as np
 import pandas as pd
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
-from masonry_opt.answer.acceptance import LIMITS
-from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.elements import counts, title_of
 from masonry_opt.drawing.figure import Picture, is_page
 from masonry_opt.drawing.forces import round_below
@@ -29,19 +26,22 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.finite_motion.capacity import Capacity
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.reporting.load_factors import certainty, known_least, named_factor
+from masonry_opt.reporting.page import RESIDUAL_MEANINGS
+from masonry_opt.reporting.page import answer as in_full
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import toml_text
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import LIMITS
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
-from masonry_opt.words.load_factors import certainty, known_least, named_factor
-from masonry_opt.words.page import RESIDUAL_MEANINGS
-from masonry_opt.words.page import answer as in_full
-from masonry_opt.words.sentences import numeral
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
 _MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.

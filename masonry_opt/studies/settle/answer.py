@@ -9,10 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.frames import unsigned
-from masonry_opt.answer.motion import fastest, joint_motion, moving_names
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import BLACK
 from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture, save_as
@@ -21,10 +17,7 @@ from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.solids import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.result import Result, distinct_warnings
-from masonry_opt.studies.warning_codes import StudyCode, study_warning
-from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.load_factors import (
+from masonry_opt.reporting.load_factors import (
     ASSOCIATIVE,
     INCREMENTAL,
     known_least,
@@ -32,8 +25,15 @@ from masonry_opt.words.load_factors import (
     search_remark,
     state_found,
 )
-from masonry_opt.words.names import some
-from masonry_opt.words.sentences import numeral
+from masonry_opt.reporting.names import some
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.result import Result, distinct_warnings
+from masonry_opt.solution.frames import unsigned
+from masonry_opt.solution.motion import fastest, joint_motion, moving_names
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
 #: Columns of the table of reactions, without the column "end".
 _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")

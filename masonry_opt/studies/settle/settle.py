@@ -14,7 +14,6 @@ import numpy as np
 from pydantic import BaseModel
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.associative import associative
@@ -30,7 +29,8 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.standing.dead_load import carries
+from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.stability.dead_load import carries
 from masonry_opt.studies.settle.answer import Bound, Settlement
 
 

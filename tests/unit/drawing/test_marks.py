@@ -7,13 +7,13 @@ from drawn import arrows, elements_of, labels, marks, solved
 from scenes import CASES, WALLS, block_on_floor, forces_of, on_a_corner, overhanging
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.reasons import Code
 from masonry_opt.drawing.colours import IDLE_COLOUR, UTILISATION
 from masonry_opt.drawing.elements import FULL, counts, result_elements
 from masonry_opt.drawing.forces import chains, thrust
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.reasons import Code
 
 ARCH = CASES / "casapulla_lauro" / "arch.toml"
 

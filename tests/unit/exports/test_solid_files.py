@@ -9,9 +9,9 @@ from scenes import two_blocks
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest
 from masonry_opt.drawing.elements import FULL
 from masonry_opt.scene.space.shapes import shapes
+from masonry_opt.solution.motion import fastest
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,6 @@ import pytest
 from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import MOST_ENERGY
-from masonry_opt.answer.answer import certify
-from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.loop import run as loop_run
@@ -21,6 +18,9 @@ from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
+from masonry_opt.solution.acceptance import MOST_ENERGY
+from masonry_opt.solution.answer import certify
+from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solvers.registry import Solved, Verdict, find_solver
 
 CLARABEL = find_solver("cvxpy", None)

@@ -7,7 +7,6 @@ import pytest
 from scenes import CASES, KINDS_OF_JOINTS, declared
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import certify
 from masonry_opt.methods.bounds.conflicts import driven_motion
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.methods.mpec import CasadiIpopt
@@ -22,6 +21,7 @@ from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.solution.answer import certify
 from masonry_opt.solvers.highs import LinearProgram
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}

@@ -11,7 +11,6 @@ from scenes import CASES, KINDS_OF_JOINTS, UNCRUSHED, WALLS, declared, small_wal
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.relaxation import bounds_of, distances, tightened
 from masonry_opt.methods.exact.refiner import Refiner
@@ -22,6 +21,7 @@ from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import ShearLimits, State
+from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.highs import LinearProgram
 from masonry_opt.solvers.registry import find_solver

@@ -9,12 +9,12 @@ from scenes import CASES, block_on_floor, forces_of, irregular
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.loads import loads, weights
+from masonry_opt.reporting.summary import facts
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.space.shapes import shapes
-from masonry_opt.words.summary import facts
+from masonry_opt.solution.reasons import Code
 
 #: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
 WALL = """

@@ -8,9 +8,9 @@ from scipy.sparse.csgraph import structural_rank
 from touching_solids import FLOOR, hull
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.rank import has_independent_columns
+from masonry_opt.solution.reasons import Code
 
 
 def prism_on_its_edge() -> mo.Scene:

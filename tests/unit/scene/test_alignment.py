@@ -11,10 +11,10 @@ from drawing_errors import with_errors
 from mappings import mapped, mirrored, turned
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.contacts import alignment
 from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.solution.reasons import Code
 
 
 def two_blocks(rise: float, tolerance: float | None) -> mo.Scene:

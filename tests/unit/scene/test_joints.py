@@ -8,10 +8,10 @@ import shapely
 from touching_solids import contacts_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.outlines import convex_pieces
-from masonry_opt.words.sentences import sentences
+from masonry_opt.solution.reasons import Code
 
 
 def square(name, x, y, size=1.0, **more):

@@ -9,12 +9,12 @@ import scipy.sparse as sp
 from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.answer import certify
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
+from masonry_opt.solution.answer import certify
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.cvxpy_engine import solve_balanced
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy, rougher

@@ -1,0 +1,331 @@
+"""Name the load factors of a result, with a remark on each: the table at the head of every summary."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.errors import counted
+from masonry_opt.reporting.sentences import by_sides, message, numeral, sentences
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.thresholds import ZERO, same
+
+LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
+LEAST = "least, proven"  #: Name of the load factor of an exact state, if no lower state exists.
+#: Name of the load factor of a state that is not exact, or that lies above the end of the load history.
+FOUND = "found"
+INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
+ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
+
+#: Codes of reasons of method "global" that compare the lowest state found with a lower bound of all states.
+_BOUNDS = (
+    *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
+    *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
+)
+
+#: Remarks on an incremental load factor, by the code of how its load history ended.
+_HISTORY_END_REMARKS = {
+    Code.NO_WORK: "collapse in which the live load does no work",
+}
+#: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
+_LOST = "equilibrium is lost as the live load is raised from rest"
+#: Remark on possible lower states, for results of method "incremental".
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
+#: Remark on possible lower states, for other methods that found no exact state and report the load history.
+_NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
+
+#: Meaning of each name of load factors, which sweeps and samples print below their results.
+_LOAD_FACTOR_MEANINGS = {
+    LOWEST: "exact collapse states, not proven least",
+    LEAST: "exact collapse states; proven: no state is lower",
+    FOUND: "states that are not exact, or have a larger λ than the end of the load history; not proven least",
+    INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
+    ASSOCIATIVE: "upper bounds, by classical limit analysis",
+}
+
+#: Remark on a load factor if equilibrium alone fixes all forces (see :mod:`masonry_opt.solution.only_state`).
+_ONLY = "equilibrium alone fixes all forces, so no other λ above zero is possible"
+
+_NAME_WIDTH = 15  #: Width of the column of names in characters; the longest name has 13 letters.
+
+
+@dataclass(frozen=True)
+class LoadFactorLine:
+    """Row of the table of load factors."""
+
+    name: str
+    load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
+    remark: str  #: kind of state, and remarks on lower load factors
+
+
+def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
+    """Return the rows of the table of load factors, beginning with the method's own load factor.
+
+    A scene that is unstable under dead load has no rows.
+    """
+    if result.status is Status.UNSTABLE:
+        return ()
+    if result.kind is Kind.ASSOCIATIVE:
+        return () if result.load_factor is None else (_own_line(result),)
+    lines = []
+    if result.load_factor is not None and result.kind is not Kind.INCREMENTAL:
+        lines.append(_own_line(result))
+    why_not = why_not_incremental(result)
+    if result.incremental is not None:
+        lines.append(_incremental_line(result))
+    elif why_not and result.load_factor is not None:
+        lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
+    if result.associative is not None:
+        lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _UPPER_BOUND))
+    return tuple(lines)
+
+
+def why_not_incremental(result: Outcome) -> str:
+    """Return the reason why the incremental load factor does not exist, as a sentence.
+
+    The text is empty if there is one, or if the reasons of the result include those of the load history.
+    """
+    codes = {reason.code for reason in result.reasons}
+    known = all(reason.code in codes for reason in result.incremental_reasons)
+    if known or result.incremental is not None:
+        return ""
+    return message(result.incremental_reasons, result.method)
+
+
+def load_factor_table(result: Outcome) -> str:
+    """Return the table of load factors as lines of text with a heading; "" if no load factor is known."""
+    lines = load_factor_lines(result)
+    if not lines:
+        return ""
+    values = [value_text(result, line) for line in lines]
+    width = max(map(len, values))
+    rows = [
+        f"  {line.name:<{_NAME_WIDTH}}{value:<{width}}   {line.remark}"
+        for line, value in zip(lines, values, strict=True)
+    ]
+    return "\n".join([_heading(result), *rows])
+
+
+def value_text(result: Outcome, line: LoadFactorLine) -> str:
+    """Return a load factor in six digits, with the angle in degrees if the ground is tilted.
+
+    If the load factor does not exist, the text is "none".
+    """
+    if line.load_factor is None:
+        return "none"
+    value = factor_text(line.load_factor)
+    if result.assembly.scene.tilt is None:
+        return value
+    return f"{value} ({numeral(np.degrees(np.arctan(line.load_factor)), '.4f')}°)"
+
+
+def factor_text(load_factor: float) -> str:
+    """Return a load factor in six digits as text; a value of the size of rounding errors becomes "0"."""
+    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
+
+
+def own_name(result: Outcome) -> str:
+    """Return the name of the method's own load factor."""
+    if result.kind is Kind.ASSOCIATIVE:
+        return ASSOCIATIVE
+    if result.kind is Kind.INCREMENTAL:
+        return INCREMENTAL
+    if known_least(result):
+        return LEAST
+    return LOWEST if result.exact and not load_history_ends_lower(result) else FOUND
+
+
+def named_factor(result: Outcome) -> str:
+    """Return the method's own load factor with its name as text, or the status if λ does not exist."""
+    if result.load_factor is None:
+        return str(result.status)
+    return f"λ = {factor_text(result.load_factor)} ({own_name(result)})"
+
+
+def meaning(names: Iterable[str]) -> str:
+    """Return the different names among given names of load factors, each with its meaning in brackets."""
+    return "; ".join(f"{name} ({_LOAD_FACTOR_MEANINGS[name]})" for name in dict.fromkeys(names))
+
+
+def certainty(result: Outcome) -> str:
+    """Return the remark on the method's own load factor; "" if there is no load factor."""
+    return "" if result.load_factor is None else _own_line(result).remark
+
+
+def known_least(result: Outcome) -> str:
+    """Return a sentence that proves that no state has a lower load factor than the answer.
+
+    The text is empty if there is no such proof.
+    """
+    if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
+        return "exact collapse state; proven: no state is lower"
+    if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
+        return f"exact collapse state; {_ONLY}"
+    if not _flow_rule_is_associative(result) or result.kind is Kind.INCREMENTAL:
+        return ""
+    if result.kind is not Kind.ASSOCIATIVE and not result.exact:
+        return ""
+    law = f" {friction_law(result)}" if "polygon" in result.friction_law else ""
+    rule = "the flow rule of all joints is the associative one, so no state is lower"
+    return f"exact collapse state{law}; {rule}"
+
+
+def friction_law(result: Outcome) -> str:
+    """Return a phrase on the friction law in space, such as "by the cone" or "unlimited"."""
+    if "polygon" in result.friction_law:
+        return by_sides(result.assembly.problem.layout)
+    return f"by the {result.friction_law}" if result.friction_law else "unlimited"
+
+
+def _heading(result: Outcome) -> str:
+    """Return the heading of the table of load factors, with the direction of a tilted ground."""
+    heading = "load factor λ" if result.load_factor is not None else "other load factors λ"
+    tilt = result.assembly.scene.tilt
+    if tilt is None:
+        return heading
+    side = f"to the {tilt}" if isinstance(tilt, str) else f"towards [{', '.join(f'{x:g}' for x in tilt)}]"
+    return f"{heading} (the ground is tilted {side} by atan λ)"
+
+
+def _own_line(result: Outcome) -> LoadFactorLine:
+    """Return the row of the method's own load factor, which must not be None."""
+    name = own_name(result)
+    if name == INCREMENTAL:
+        return _incremental_line(result)
+    if name == ASSOCIATIVE:
+        return LoadFactorLine(name, result.load_factor, known_least(result) or _associative_remark(result))
+    return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
+
+
+#: Remark on an associative load factor.
+_UPPER_BOUND = "upper bound (classical limit analysis)"
+
+
+def _associative_remark(result: Outcome) -> str:
+    """Return the remark on an associative load factor: an upper bound, which may also be exact."""
+    if result.exact:
+        exact = "it is also an exact collapse state with Coulomb friction"
+        return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
+    lower = "collapse may come at a lower load factor (method 'coulomb' computes it)"
+    return f"{_UPPER_BOUND}; if joints slide without opening, {lower}"
+
+
+def _incremental_line(result: Outcome) -> LoadFactorLine:
+    """Return the row of the incremental load factor, which must not be None."""
+    remark = _incremental_remark(result)
+    if result.kind is Kind.INCREMENTAL:
+        lower = _LOWER_MAY_EXIST if result.method == "incremental" else _NO_EXACT_STATE
+        remark = f"{remark}; {lower}"
+    return LoadFactorLine(INCREMENTAL, result.incremental, remark)
+
+
+def _incremental_remark(result: Outcome) -> str:
+    """Return text on how the load history ended, and on the load that moving blocks still carry."""
+    state = result.solution.at_incremental
+    assert state is not None
+    remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
+    if state.has(Code.RANGE):
+        not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
+        remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"
+    if state.peak is None:
+        return remark
+    remaining = "no live load" if result.end is None else f"only λ = {factor_text(result.end)}"
+    return f"{remark}; {remaining} is carried once the blocks move"
+
+
+def _coulomb_remark(result: Outcome) -> str:
+    """Return the remark on a Coulomb collapse state: its exactness, the starts, and lower states."""
+    return "; ".join([state_found(result), *_lower_states(result)])
+
+
+def state_found(result: Outcome) -> str:
+    """Return text on the exactness of the collapse state, and on the starts of the search."""
+    return _state(result) + _starts(result)
+
+
+def _state(result: Outcome) -> str:
+    """Return text on the exactness of the collapse state.
+
+    For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
+    friction.
+    """
+    if result.exact:
+        return "exact collapse state"
+    residuals = result.certificate.as_dict() if result.certificate else {}
+    above = LIMITS[Kind.EXACT].failing(residuals)
+    if not above and "polygon" in result.friction_law:
+        return f"collapse state with friction {friction_law(result)}"
+    named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
+    return f"collapse state, but its residuals are too large to be exact{f' ({named})' if named else ''}"
+
+
+def _starts(result: Outcome) -> str:
+    """Return the number of starts and of different exact states as text; "" if unknown.
+
+    The text continues a phrase and begins with a comma.
+    """
+    solution = result.solution
+    if solution.starts is None:
+        return ""
+    starts = counted(solution.starts, "start")
+    if solution.exact_states is None or solution.exact_states < 2:
+        return f", from {starts}"
+    return f", the lowest of {solution.exact_states} different exact states from {starts}"
+
+
+def _lower_states(result: Outcome) -> list[str]:
+    """Return phrases on states below the answer: bounds, searches, and known lower states."""
+    phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
+    if result.solution.is_only_state:
+        phrases = [_ONLY]
+    elif not phrases:
+        few_starts = [reason for reason in result.reasons if reason.code is Code.FEW_STARTS]
+        phrases = [*sentences(few_starts), _not_proven(result)]
+    if load_history_ends_lower(result):
+        phrases.append("the load history ends in a lower state")
+    if _falls_by_itself(result):
+        phrases += sentences([reason for reason in result.reasons if reason.code is Code.BELOW_ZERO])
+    return phrases
+
+
+def _not_proven(result: Outcome) -> str:
+    """Return the phrase for a load factor that is not proven least, with advice on a search."""
+    return f"not proven least{search_remark(result, 'lower ones')}"
+
+
+def search_remark(result: Outcome, states: str) -> str:
+    """Return the end of a phrase: a remark on the search for lower states, or advice to search.
+
+    ``states`` names the states in the remark, such as "lower ones".
+    """
+    if result.solution.interrupted:
+        return ": the search was interrupted"
+    if result.solution.has(Code.SEARCHED):
+        return f": a longer search may find {states}"
+    if result.assembly.problem.dilatancy_depends_on_stress:
+        return ""
+    return f" (option search=10 looks for {states})"
+
+
+def load_history_ends_lower(result: Outcome) -> bool:
+    """Return True if the load history ends in a state with a lower load factor than the answer."""
+    end = result.incremental if result.end is None else result.end
+    if end is None or result.load_factor is None or result.kind is Kind.INCREMENTAL:
+        return False
+    return end < result.load_factor and not same(end, result.load_factor)
+
+
+def _falls_by_itself(result: Outcome) -> bool:
+    """Return True if another exact state has a load factor that is not above zero.
+
+    With the joint forces of that state, the scene falls without live load.
+    """
+    return result.solution.below_zero <= ZERO
+
+
+def _flow_rule_is_associative(result: Outcome) -> bool:
+    """Return True if the flow rule of all joints is the associative one, under which λ is unique."""
+    problem = result.assembly.problem
+    return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress

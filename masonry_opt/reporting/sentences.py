@@ -1,0 +1,473 @@
+"""Write sentences from reason codes: how an analysis ended, and which inputs look unintended.
+
+Advice depends on the method of the analysis: no sentence recommends an option that the method lacks, or the
+method itself. If the method is not known, the advice names one. Longer sentences on inputs are in
+:mod:`~.words.inputs`.
+"""
+
+from collections.abc import Callable, Sequence
+from math import inf
+from typing import Any
+
+from masonry_opt.errors import counted, rounded_up
+from masonry_opt.problem.faces import CHORDS, MISSED, Layout
+from masonry_opt.reporting.inputs import (
+    dilatancy_low,
+    fill_weight_differs,
+    friction_high,
+    small_gaps,
+    strength_differs,
+    weights_differ,
+)
+from masonry_opt.reporting.names import blocks, do, pairs, verb
+from masonry_opt.scene.geometry import set_tolerance
+from masonry_opt.solution.reasons import Code, Reason, Status
+
+#: Numbers of this size and larger are printed with a power of ten instead of decimals. With seven decimals,
+#: they would show more digits than a double has.
+_LARGEST_WITH_DECIMALS = 1e10
+
+#: Ratio of two blocks' dead loads above which a message names the ratio as the reason of an undecided result.
+#: With such a ratio, solvers keep only one or two correct digits.
+_VERY_DIFFERENT = 1e7
+
+#: Description of the crushing law in linear programs, where chords replace the parabola.
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
+
+
+def by_sides(layout: Layout) -> str:
+    """Return the description of the friction law in programs with friction polygons in space."""
+    missed = 100 * (1 - layout.factor)
+    return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
+
+
+#: Names of residuals in messages, by the key of the residual.
+_RESIDUAL_NAMES = {
+    "work": "work of forces out of balance",
+    "block": "equilibrium of one block",
+    "joint": "yield of one joint",
+}
+
+#: Descriptions of the joints that a message lists, by the status of the result.
+_JOINT_DESCRIPTIONS = {
+    Status.LOCKED: "joints that slide but cannot open as associative flow demands",
+    Status.UNLIMITED: "joints that carry the live load",
+    Status.JAMMED: "joints whose normal forces grow most",
+}
+
+#: Methods whose user chooses the solver.
+_SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
+
+#: Descriptions of changed options with which the loop is run again, by the name of the option.
+_REMEDIES = {
+    "sub_problems": "sub-problems solved accurately",
+    "alpha": "a smaller slope of the shear limits",
+    "beta": "more damping of the normal forces",
+    "start": "a first sub-problem whose joints have cohesion in place of friction",
+    "solver": "another solver",
+}
+
+
+def message(reasons: Sequence[Reason], method: str = "") -> str:
+    """Return the sentences of :func:`sentences` as one text, with semicolons between them."""
+    return "; ".join(sentences(reasons, method))
+
+
+def sentences(reasons: Sequence[Reason], method: str = "") -> tuple[str, ...]:
+    """Return a sentence for each reason that a result gives.
+
+    ``method`` is the name of the method that ended for these reasons; "" if it is not known.
+    """
+    return tuple(_sentence(reason, method) for reason in reasons)
+
+
+def _sentence(reason: Reason, method: str) -> str:
+    """Return the sentence that describes one reason; see :func:`sentences`."""
+    template = _SENTENCES[reason.code]
+    values = {**reason.values, "method": method}
+    return template.format(**values) if isinstance(template, str) else template(values)
+
+
+def _by_loop(v: dict[str, Any], advice: str) -> str:
+    """Return advice for the loop of linear programs; other methods get the advice to use the loop first."""
+    return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
+
+
+def _try_another_solver(v: dict[str, Any]) -> str:
+    """Return the advice to choose another solver, or a method whose solver can be chosen."""
+    if not v["method"] or v["method"] in _SOLVER_IS_CHOSEN:
+        return "try another solver"
+    return "try method 'nonassociative', whose solver can be chosen"
+
+
+def numeral(value: float, spec: str) -> str:
+    """Return a number as text, in a format such as ".6g".
+
+    A number whose digits are all zero has no sign. Large numbers have a power of ten instead of decimals.
+    """
+    if spec.endswith("f") and _LARGEST_WITH_DECIMALS <= abs(value) < inf:
+        spec = f"{spec[:-1]}e"
+    text = format(value + 0.0, spec)
+    return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
+
+
+def _slide(v: dict[str, Any]) -> str:
+    """Return a clause that states which joints slide, by name if the names are known."""
+    return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
+
+
+def _not_hinging(v: dict[str, Any]) -> str:
+    """Return the reason why no finite motion is computed, such as joints that slide."""
+    if v["pairs"]:
+        return f"only hinging mechanisms can be followed, and at the onset {_slide(v)}"
+    if "turning" in v:
+        alone = numeral(v["turning"], ".6g")
+        return f"λ differs from that of the turning body alone ({alone}), because other joints resist"
+    most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
+    return (
+        f"λ is below the associative load factor ({most}), and the capacity curve follows only the hinging "
+        "mechanism of the associative solution: compute the curve with method 'static'"
+    )
+
+
+def _friction_would_hold(v: dict[str, Any]) -> str:
+    """State that joints slide under the dead load, and the friction that would make the scene stable."""
+    slides = _slide(v)
+    if v["factor"] is not None:
+        condition = f"with all friction at least {rounded_up(v['factor'])} times as high"
+    elif v["above"] > 1:
+        condition = f"if they could not slide; even {v['above']:.4g} times the friction is not enough"
+    else:
+        condition = "with enough friction"
+    hangs = "the hanging blocks, which only friction can hold, would be stable"
+    return f"{slides}: {hangs if v['hangs'] else 'the scene would be stable'} {condition}"
+
+
+def _states_met(v: dict[str, Any]) -> str:
+    """Return a sentence with the number of different exact states and the number of starts of the search."""
+    starts = counted(v["candidates"], "start")
+    if v["count"] == 1:
+        return f"one exact state was found from {starts}"
+    most = numeral(v["most"], ".6g")
+    return f"{v['count']} different exact states were found from {starts}, the highest at λ = {most}"
+
+
+def _wedged(v: dict[str, Any]) -> str:
+    """State that only wedging carries the dead load, with the load factor and advice."""
+    support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
+    load_factor = v["load_factor"]
+    prefix = ""
+    if load_factor is not None:
+        below = "below zero" if load_factor < 0 else "but no load factor exists from rest"
+        prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
+    wedging = "only wedging carries the dead load, and the joints' flow rule does not sustain it"
+    return f"{prefix}{wedging}{support}"
+
+
+def _undecided(v: dict[str, Any]) -> str:
+    """State that stability under dead load could not be decided, and the inputs to check."""
+    undecided = "it is undecided if the scene is stable under its dead load"
+    check = f"{_try_another_solver(v)}, or increase friction a little"
+    if v["ratio"] > _VERY_DIFFERENT:
+        check = f"one block's dead load is {v['ratio']:.0e} times another's, so check units and weights"
+    return f"{undecided}: neither forces nor a mechanism were verified ('{v['word']}'); {check}"
+
+
+def _joints_or_points(v: dict[str, Any]) -> str:
+    """Return the number of joints, or in space of contact points, as text such as "12 joints"."""
+    return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
+
+
+def _ranged(ends: tuple[float, float] | None) -> str:
+    """Return a range of load factors as text; "none" if the range is None."""
+    return "none" if ends is None else "–".join(numeral(end, ".4g") for end in ends)
+
+
+def _not_certified(v: dict[str, Any]) -> str:
+    """State that the certificate does not verify a load factor, with the residuals and advice."""
+    residuals = ", ".join(
+        "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
+        for name, value in v["residuals"].items()
+    )
+    not_verified = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
+    sizes = "check for weights or lengths of very different size"
+    return f"{not_verified} ({residuals}): {_try_another_solver(v)}, and {sizes}"
+
+
+def _jumps(v: dict[str, Any]) -> str:
+    """Return text such as " with 2 jumps" on a load history; "" if the load history has no jumps."""
+    return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
+
+
+def _repeats(v: dict[str, Any]) -> str:
+    """State that the loop repeats a cycle of sub-problems, with advice if the state is not exact."""
+    period = counted(v["period"], "sub-problem")
+    repeats = f"the loop repeats itself every {period}, with load factors between {_between(v)}"
+    if v["exact"]:
+        return f"{repeats}, and this state is exact"
+    return f"{repeats}: " + _by_loop(v, "lower 'beta'")
+
+
+def _began_again(v: dict[str, Any]) -> str:
+    """State that the loop was run again with other options, and if no run converged."""
+    remedies = ", then with ".join(map(_remedy, v["remedies"]))
+    words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
+    return f"{words}; no run converged" if v["in_vain"] else words
+
+
+def _remedy(changed: str) -> str:
+    """Return the description of a changed option of the loop, for text such as "beta=0.3"."""
+    option = changed.partition("=")[0]
+    return f"{_REMEDIES[option]} ({changed})"
+
+
+def _dilatancy_locks(v: dict[str, Any]) -> str:
+    """State that dilatant joints lock under associative flow, and the method that finds the collapse."""
+    locks = (
+        "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
+        "multiple of the live load; with the joints' own dilatancy the blocks can move"
+    )
+    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for their collapse"
+
+
+def _undecided_history(v: dict[str, Any]) -> str:
+    """State that the load history led to no collapse state, and which option or method looks for one."""
+    steps = counted(v["steps"], "step")
+    ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
+    if v["looped"]:
+        ended = f"{ended}, and the loop led to none"
+        return ended if v["searched"] else f"{ended}: option search=10 looks for one"
+    is_history_alone = v["method"] in ("", "incremental")
+    return f"{ended}: method 'coulomb' looks for one in other ways" if is_history_alone else ended
+
+
+def _bracket(v: dict[str, Any]) -> str:
+    """Return the bounds of the least load factor as inequalities."""
+    # Bounds below zero are zero but for rounding. Adding 0.0 removes the sign of a negative zero.
+    least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
+    return f"{least:.6g} ≤ λ ≤ {most:.6g}"
+
+
+def _imposed(v: dict[str, Any]) -> str:
+    """Return text on the limits of rates and forces that method "global" assumes."""
+    limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
+    limits += ["normal forces up to ten times all loads"] if v["forces"] else []
+    return f"{' and '.join(limits)}, limits that had to be assumed"
+
+
+def _between(v: dict[str, Any]) -> str:
+    """Return the lowest and the highest of the load factors between which the loop alternates, as text."""
+    return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
+
+
+def _corners_bear(v: dict[str, Any]) -> str:
+    """State that forces at corners are not limited by the strength, and list the corners to check."""
+    forces = [f"{force:.4g}" for force in v["normal_forces"]]
+    where = f"crushing at {pairs(v)} may cause a collapse that this analysis does not find"
+    if forces:
+        where = f"their normal forces at collapse are {pairs(v, forces)}"
+    limits = "'strength' does not limit the force where a corner rests on an edge"
+    return f"{limits}, so check by hand that these corners do not crush: {where}"
+
+
+#: Sentence of each code: a format string for the values of the reason, or a function of these values.
+_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
+    Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support the falling blocks",
+    Code.HANGS: lambda v: (
+        f"{do(v, 'hang')}: no joint supports {'it' if len(v['blocks']) == 1 else 'them'} from below"
+    ),
+    Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {blocks(v['blocks'])}",
+    Code.FRICTION_WOULD_HOLD: _friction_would_hold,
+    Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would be stable",
+    Code.DEAD_LOAD_UNDECIDED: _undecided,
+    Code.WEDGED: _wedged,
+    Code.BELOW_ZERO: lambda v: (
+        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
+        "carries its dead load from rest, but would fall without live load if it had the forces of that state"
+    ),
+    Code.STOPPED_SHORT: (
+        "the solver stopped before its tolerance ('{word}'): check the residuals of the certificate"
+    ),
+    Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': {_try_another_solver(v)}",
+    Code.DILATANCY_LOCKS: _dilatancy_locks,
+    Code.NO_MECHANISM: (
+        "no mechanism lets the live load do work, so the scene carries any multiple of it: "
+        "check the direction of 'live' and which blocks carry it"
+    ),
+    Code.NO_COLLAPSE: lambda v: (
+        "proven: no load factor λ ≥ 0 exists; in every mechanism in which the live load does work, some "
+        f"moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield conditions "
+        f"that exclude each other, {counted(v['kinematic_cuts'], 'set')} of which at least one must move)"
+    ),
+    Code.CARRIES_ANY: (
+        "proven: forces within friction carry any multiple of the live load; not proven: that no collapse "
+        "state exists, because a mechanism exists"
+    ),
+    Code.CLAMPED: lambda v: (
+        f"these joints carry the live load in both directions by self-stress that no load causes: {pairs(v)}"
+    ),
+    Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
+    Code.NO_WORK: lambda v: (
+        "permanent forces (dead load, prestress, earth pressure) drive the mechanism; the live load only "
+        "reduces the pressure on joints, and "
+        + ("resists the mechanism" if v["against"] else "does no work in the mechanism")
+        + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
+    ),
+    Code.NOT_CERTIFIED: _not_certified,
+    Code.ABOVE_ASSOCIATIVE: (
+        "the load factor of the loop exceeded the associative one by {by:.1e}; the latter is reported"
+    ),
+    Code.FLOW_RULE_IDLE: lambda v: (
+        "the associative answer already obeys the joints' own flow rule; to look for a lower one, "
+        + _by_loop(v, "set option 'always'")
+    ),
+    Code.STILL_CHANGES: lambda v: (
+        f"λ still changes after {counted(v['count'], 'sub-problem')}, most recently between {_between(v)}: "
+        + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
+    ),
+    Code.GROWS: lambda v: (
+        f"the loop found no limit: λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} "
+        "and still grows, because joints that press ever harder hold the blocks; real joints would crush: "
+        "check the direction of 'live', the supports and the friction"
+    ),
+    Code.REPEATS: _repeats,
+    Code.SUB_PROBLEM_FAILED: lambda v: (
+        f"sub-problem {v['number']} ended with '{v['word']}': {_try_another_solver(v)}"
+    ),
+    Code.SUB_PROBLEM_EMPTY: lambda v: (
+        f"sub-problem {v['number']} has no equilibrium state, because contacts that lost their normal force "
+        "have locked: " + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
+    ),
+    Code.BEGAN_AGAIN: _began_again,
+    Code.LEAST_BORNE_OUT: lambda v: (
+        "no load factor of a sub-problem is verified"
+        if v["load_factor"] is None
+        else f"the lowest verified load factor of a sub-problem is {numeral(v['load_factor'], '.6g')}"
+    ),
+    Code.UNDECIDED: _undecided_history,
+    Code.CARRIES_MORE: lambda v: (
+        f"as the live load grows from rest, it reaches λ = {numeral(v['carried'], '.6g')} without a "
+        "collapse: a lower collapse state exists, but the load history does not lead to it"
+    ),
+    Code.DILATANCY_FALLS: (
+        "not computed, because dilatancy falls with stress: only the loop of linear programs can follow it"
+    ),
+    Code.COLLAPSE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
+        "collapse state"
+    ),
+    Code.RANGE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)}: equilibrium is "
+        f"lost between λ = {numeral(v['carried'], '.6g')} and {numeral(v['not_carried'], '.6g')}"
+    ),
+    Code.UNBOUNDED: lambda v: (
+        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
+        f"{counted(v['steps'], 'step')}"
+    ),
+    Code.NOT_COMPUTED: lambda v: (
+        f"not computed for {_joints_or_points(v)}, because it takes long: use method 'incremental'"
+    ),
+    Code.CURVE: lambda v: (
+        f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"
+        + (
+            f"; {counted(v['jumps'], 'jump')} to another equilibrium, under constant load"
+            if v["jumps"]
+            else ""
+        )
+    ),
+    Code.SPREAD: lambda v: (
+        f"incremental λ in {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with random "
+        f"stiffness of contacts, {_ranged(v['stress'])} with random self-stress"
+        + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
+    ),
+    Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
+    Code.START_FAILED: "the loop that computes the start failed",
+    Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
+    Code.NOTHING_SOLVED: "no relaxed program was solved: give a smaller 'epsilon', or a result as 'start'",
+    Code.STATES_MET: _states_met,
+    Code.FEW_STARTS: lambda v: (
+        f"all load factors agree, which is weak evidence after {counted(v['candidates'], 'start')}, because "
+        "equilibrium does not fix the forces"
+    ),
+    Code.SEARCHED: lambda v: (
+        f"lower states were searched for from {counted(v['candidates'], 'start')}"
+        + (" until the search was interrupted" if v["interrupted"] else "")
+    ),
+    Code.NOT_FOUND: "the search found no exact state",
+    Code.NO_TIME: "the search ended before an exact state was found: increase its time with 'search'",
+    Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
+    Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
+    Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven, because the answer exceeds {_imposed(v)}",
+    Code.OUT_OF_TIME: lambda v: (
+        f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
+    ),
+    Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
+        f"not proven least; bounds after {v['time_limit']:g} s, for states with {_imposed(v)}: {_bracket(v)}"
+    ),
+    Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
+    Code.REACHES_ZERO: "λ has decreased to zero: from here on the masonry falls without live load",
+    Code.JOINT_CLOSES: lambda v: f"the joint between {pairs(v)} closes",
+    Code.JOINT_OPENS: lambda v: f"the joint between {pairs(v)} opens",
+    Code.NOT_HINGING: _not_hinging,
+    Code.JOINTS_SLIDE: lambda v: f"{_slide(v)} from here on: sliding mechanisms cannot be followed",
+    Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
+    Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
+    Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
+    Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
+    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: change 'steps'",
+    Code.FRICTION_HIGH: friction_high,
+    Code.DILATANCY_LOW: dilatancy_low,
+    Code.IDLE_SUPPORTS: lambda v: (
+        f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no block that can move, "
+        "and no tie or prop ends there: close the gap if blocks should rest on the support"
+    ),
+    Code.HELD_BY_CLAMPING: lambda v: (
+        f"blocks are held between supports by joints that no load presses together, {pairs(v)}: add the "
+        "load that clamps these joints, or set their friction to 0"
+    ),
+    Code.FAR_AWAY: lambda v: (
+        f"{do(v, 'lie')} {v['distance']:.3g} away from all others, which extend over {v['size']:.3g}: are "
+        "all coordinates in the same unit?"
+    ),
+    Code.SMALL_GAPS: small_gaps,
+    Code.ALIGNED: lambda v: (
+        f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to others, within "
+        f"the tolerance {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
+    ),
+    Code.NEARLY_PARALLEL: lambda v: (
+        f"joints of one block are up to {v['angle']:.2g} rad off parallel, so that the block is a wedge that "
+        f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
+    ),
+    Code.CORNERS_MEET: lambda v: (
+        f"{pairs(v)} meet at corners only, where no joint is made: a joint needs an edge of a block"
+    ),
+    Code.WITHOUT_NORMAL: lambda v: (
+        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "
+        "no joint is made: a joint needs a face of one of the blocks, or edges that cross"
+    ),
+    Code.FACES_TURNED: lambda v: (
+        f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "
+        "outwards: check the order of the corners"
+    ),
+    Code.CORNERS_BEAR: _corners_bear,
+    Code.BARE_EDGE_LOAD: (
+        "edge_load no. {number} has no effect along a length of {length:.4g}, because no free edge of a "
+        "movable block is there"
+    ),
+    Code.AXLES_LEFT_OUT: lambda v: (
+        f"axles {', '.join(map(repr, v['names']))} are left out, because they move: use 'crossing'"
+        if v["names"]
+        else "the axles of the load case are left out, because they move: use 'crossing'"
+    ),
+    Code.WEIGHTS_DIFFER: weights_differ,
+    Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
+    Code.STRENGTH_DIFFERS: strength_differs,
+    Code.ACTS_OUTSIDE: lambda v: (
+        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: is "
+        f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
+    ),
+    Code.FORCES_DIFFER: lambda v: (
+        f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the block weight: are "
+        "forces and weights in the same unit?"
+    ),
+}

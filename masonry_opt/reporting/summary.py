@@ -1,0 +1,338 @@
+"""Write the summary of a result, which ``print`` and the command show, and its technical lines."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from masonry_opt.errors import counted, printable
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.load_factors import (
+    ASSOCIATIVE,
+    FOUND,
+    INCREMENTAL,
+    LEAST,
+    LOWEST,
+    friction_law,
+    load_factor_table,
+    own_name,
+    why_not_incremental,
+)
+from masonry_opt.reporting.names import labelled, verb
+from masonry_opt.reporting.sentences import BY_CHORDS, message, numeral, sentences
+from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.motion import joint_motion, moving_blocks
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.thresholds import ZERO
+
+#: Codes of reasons that describe the analysis and not the scene.
+_TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
+
+_MOST_TIES = 4  #: Largest number of ties and props that are listed; the others are counted.
+
+
+def summary(result: Outcome, technical: bool = False) -> str:
+    """Return the summary of a result: load factors, moving blocks and joints, loads and warnings.
+
+    If ``technical`` is True, residuals, programs, solvers and times are included.
+    """
+    size = result.size
+    numbers = {"block": size.blocks, "joint": size.joints, "contact": size.contacts}
+    count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
+    ended = "" if result.status.usable else f"no load factor: {result.status}"
+    moves, known = motion(result), facts(result)
+    at_collapse = ""
+    if moves and result.status.usable:
+        label, words = moves
+        at_collapse = f"{label}: {words}"
+        del known[label]
+    if technical:
+        known |= _technical(result)
+    warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
+    lines = [f"{result.case}: {count}", ended, load_factor_table(result), at_collapse]
+    return printable("\n".join(filter(None, [*lines, labelled(known), *warnings])))
+
+
+def facts(result: Outcome) -> dict[str, str]:
+    """Return the facts on a result other than its load factors and status, as text by label."""
+    known = {
+        "why": _why(result),
+        "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
+        **dict(filter(None, [motion(result)])),
+        "ties": _ties(result),
+        "live load": _live_load(result),
+        "fill": "\n".join(of_fills(result.assembly)),
+        "curve": "".join(_sentences_of(result, Code.CURVE)),
+        "spread": "".join(_sentences_of(result, Code.SPREAD)),
+        "friction": _friction(result),
+        "crushing": _crushing(result),
+        "reference": _reference(result),
+    }
+    return {label: words for label, words in known.items() if words}
+
+
+def _says_why_not_incremental(result: Outcome) -> bool:
+    """Return True if a scene has no load factor, but is stable under dead load and has a load history."""
+    return result.load_factor is None and result.status is not Status.UNSTABLE
+
+
+def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
+    """Return the sentences of the reasons that have one of the codes."""
+    return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
+
+
+def _why(result: Outcome) -> str:
+    """Return the reason why no load factor exists, or why the live load does no work at the load factor.
+
+    Reasons that describe the analysis only are left out, unless there are no others.
+    """
+    if result.status.usable:
+        return "".join(_sentences_of(result, Code.NO_WORK))
+    reasons = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
+    return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
+
+
+#: Labels of the line on moving blocks and joints, by the name of the load factor.
+_AT = {
+    LOWEST: "at the lowest",
+    LEAST: "at the least",
+    FOUND: "at the state found",
+    INCREMENTAL: "at incremental collapse",
+    ASSOCIATIVE: "at associative collapse",
+}
+
+
+def motion(result: Outcome) -> tuple[str, str] | None:
+    """Return a label, and text on how many blocks move and how many joints slide, hinge, open or crush.
+
+    The value is None if no motion is known.
+    """
+    if result.solution.d is None:
+        return None
+    motions = joint_motion(result.assembly, result.solution)
+    moving = len(moving_blocks(result.assembly, result.solution.d))
+    counts = {
+        "slide": motions.slides.sum(),
+        "hinge": motions.hinges.sum(),
+        "open": motions.separates.sum(),
+        "crush": motions.crushes.sum(),
+    }
+    phrases = [f"{count} {verb(int(count), word)}" for word, count in counts.items() if count]
+    joints = f"; of the joints {', '.join(phrases)}" if phrases else ""
+    blocks = f"{moving} of {counted(result.size.blocks, 'block')}"
+    if result.load_factor is None:
+        return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
+    return _AT[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
+
+
+def _ties(result: Outcome) -> str:
+    """Return text on the ties and props: those that yield come first, each with its force.
+
+    The text is empty for a scene without ties and props, and for a scene that falls.
+    """
+    # The table of ties is a pandas frame, and importing pandas takes a quarter of a second.
+    if not any(force.role in (Role.TIE, Role.PROP) for force in result.assembly.limited):
+        return ""
+    if result.ties["force"].isna().all():
+        return ""
+    phrases = []
+    for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
+        predicate = "yields at" if tie["yields"] else "carries"
+        # A force that is zero but for the rounding of a solver is written as zero.
+        carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
+        force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
+        phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
+    more = [f"and {len(phrases) - _MOST_TIES} more"] if len(phrases) > _MOST_TIES else []
+    return "; ".join([*phrases[:_MOST_TIES], *more])
+
+
+def _live_load(result: Outcome) -> str:
+    """Return a description of the live load, such as "case 'wind'" or "a force on 1 block".
+
+    The text is empty if the ground is tilted, or if only the dead load acts on the state of the result.
+    """
+    scene = result.assembly.scene
+    if scene.tilt or not result.status.live_load_acts:
+        return ""
+    if scene.load_case is not None:
+        return f"case '{scene.load_case.name}': {scene.load_case}"
+    if scene.shaken_by is not None:
+        return f"earthquake {scene.shaken_by}"
+    phrases = []
+    multiples = Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight))
+    if multiples:
+        factor = f"{_vector(next(iter(multiples)))} times" if len(multiples) == 1 else "multiples of"
+        # Old tables of generators use the key "live" for multiples of the weight, not for forces.
+        tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
+        given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
+        phrases.append(f"{factor} the weight of {counted(multiples.total(), 'block')}{given_as}")
+    loads: list[tuple[str, object]] = [(block.name, block) for block in scene.blocks]
+    loads += [(load.block, load) for load in scene.loads]
+    for kind, attribute in (("force", "live"), ("moment", "live_moment")):
+        loaded = {name for name, load in loads if any(getattr(load, attribute, None) or ())}
+        if loaded:
+            noun = f"a {kind}" if len(loaded) == 1 else f"{kind}s"
+            phrases.append(f"{noun} on {counted(len(loaded), 'block')}")
+    lines = sum(load.kind == "live" for load in scene.edge_loads)
+    if lines:
+        phrases.append(f"along {counted(lines, 'line')}")
+    return "; ".join(phrases)
+
+
+def _vector(parts: Iterable[float]) -> str:
+    """Return the components of a vector in square brackets."""
+    return f"[{', '.join(f'{part:g}' for part in parts)}]"
+
+
+def of_fills(assembly: Assembly) -> Iterator[str]:
+    """Yield a line of text on each fill: touched edges, weight, spread of loads and pressure."""
+    scene, movable = assembly.scene, set(assembly.movable.tolist())
+    for number, fill in enumerate(scene.fills):
+        pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
+        below = [piece for piece in pieces if piece.weight and piece.block in movable]
+        weight = scene.thickness * sum(piece.weight for piece in below)
+        blocks = counted(len({piece.block for piece in below}), "block")
+        phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
+        phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
+        spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
+        phrases.append("loads go straight down" if fill.spread is False else spread)
+        if fill.pressure:
+            active, at_rest, passive = fill.coefficients
+            between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
+            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0); σ is unit weight times depth")
+        else:
+            phrases.append("no pressure")
+        if fill.backing:
+            backed = {piece.edge for piece in pieces if piece.zone}
+            phrases.append(f"its backing touches {counted(len(backed), 'edge')}")
+        if fill.backing and fill.pressure:
+            active, _, passive = fill.zones[1].coefficients
+            phrases[-1] += (
+                f", pressure between {active:.4g} σ and {passive:.4g} σ, where σ is the stress of both layers"
+            )
+        if fill.pressure and scene.factor_of_pressure != 1:
+            phrases.append(f"the load case multiplies all pressures by {scene.factor_of_pressure:g}")
+        yield "; ".join(phrases)
+
+
+def _friction(result: Outcome) -> str:
+    """Return text on the friction law in space and on the points where forces act; "" in the plane."""
+    if result.size.contacts is None:
+        return ""
+    unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
+    phrases = [friction_law(result)] if unlimited or result.friction_law else []
+    if result.incremental is not None and incremental and incremental.friction_law != result.friction_law:
+        phrases.append(f"incremental λ {friction_law(incremental)}")
+    if result.load_factor is not None:
+        phrases.append("forces act at contacts, the corners of joints")
+    return "; ".join(phrases)
+
+
+def _crushing(result: Outcome) -> str:
+    """Return text on the crushing laws of the load factor and of the associative load factor."""
+    if not result.crushing or (result.load_factor is None and result.associative is None):
+        return ""
+    if result.crushing == "parabola":
+        return f"by the parabola itself (only 'static' and 'kinematic' with Clarabel; others: {BY_CHORDS})"
+    associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ likewise"
+    return f"by {BY_CHORDS}{associative}"
+
+
+def _reference(result: Outcome) -> str:
+    """Return the reference value of the case file, and the relative difference of λ from this value.
+
+    For "coulomb" this may be the value of an MCP or of the loop, because all these methods compute a collapse
+    with Coulomb friction. Without such a value, the associative reference value is compared with the
+    associative λ. The text is empty for a load case, because a case file does not name the load case of its
+    values.
+    """
+    if result.assembly.scene.load_case is not None:
+        return ""
+    names = {
+        "static": ["associative"],
+        "kinematic": ["associative"],
+        "coulomb": ["coulomb", "mcp", "nonassociative"],
+    }
+    known = result.assembly.scene.reference
+    name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
+    load_factor, kind, difference = result.load_factor, "", ""
+    if name is None and "associative" in known and result.associative is not None:
+        name, load_factor, kind = "associative", result.associative, "associative "
+    if name is None:
+        return ""
+    reference = known[name]
+    if load_factor is not None and reference.value:
+        difference = f", {kind}here {numeral(100 * (load_factor / reference.value - 1), '+.3f')} %"
+    return f"{kind}{reference.value} ({reference.source}){difference}"
+
+
+def _technical(result: Outcome) -> dict[str, str]:
+    """Return the technical lines of a summary, as text by label."""
+    size = result.size
+    certificate = result.certificate.as_dict() if result.certificate else {}
+    largest = f"{counted(size.rows or 0, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros"
+    return {
+        "method": f"{result.method} ({result.model}, {result.solver})",
+        "status": ": ".join(filter(None, (result.status, message(result.reasons, result.method)))),
+        "steps": "\n".join(log_sentences(result)),
+        "range": _range(result),
+        "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
+        "alignment": _alignment(result),
+        "existence": str(result.infeasibility.existence) if result.infeasibility else "",
+        "programs": _programs(result),
+        "largest program": "" if size.rows is None else largest,
+        "solvers": "   ".join(f"{purpose}: {', '.join(names)}" for purpose, names in result.solvers.items()),
+        "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+        "not modelled": "\n".join(left_out(result.assembly)),
+    }
+
+
+def log_sentences(result: Outcome) -> Iterator[str]:
+    """Yield a sentence for each step of the method, with the load factor after the step and the time."""
+    for entry in result.solution.log:
+        known = "no load factor yet"
+        if entry.load_factor is not None:
+            known = f"λ = {numeral(entry.load_factor, '.6g')}"
+        states = f", {counted(entry.exact_states, 'exact state')}" if entry.exact_states else ""
+        note = f", {entry.note}" if entry.note else ""
+        yield f"{entry.step}: {known}{states}{note} ({entry.seconds:.2f} s)"
+
+
+def _alignment(result: Outcome) -> str:
+    """Return text on the largest rotation and shift by the alignment of joints; "" if no joint moved."""
+    if not result.largest_turn and not result.largest_shift:
+        return ""
+    moved = f"joints turned by up to {result.largest_turn:.1e} rad, contact points moved by up to"
+    return f"{moved} {result.largest_shift:.1e} (tolerance {result.assembly.geometry.tolerance:.1e})"
+
+
+def _range(result: Outcome) -> str:
+    """Return the bounds of the least load factor as text; "" without bounds other than the answer."""
+    lower, upper = result.range
+    known = lower is None and result.load_factor is not None
+    if result.kind is Kind.ASSOCIATIVE or known or upper is None:
+        return ""
+    return f"{'' if lower is None else numeral(lower, '.7f') + ' ≤ '}λ ≤ {numeral(upper, '.7f')}"
+
+
+def _programs(result: Outcome) -> str:
+    """Return text on the numbers of solved programs and solver iterations, or else of load steps."""
+    if not result.lp_solves and not result.nlp_solves:
+        return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
+    nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
+    cones = "" if result.size.contacts is None else " or of cones"
+    return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
+
+
+def left_out(assembly: Assembly) -> tuple[str, ...]:
+    """Return phrases on omitted parts of the model, such as sliding of joints with unlimited friction."""
+    problem, joints = assembly.problem, assembly.joints
+    unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
+    counts = {
+        f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
+        f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, which do not move": joints.fixed_pairs,
+    }
+    return tuple(phrase for phrase, number in counts.items() if number)

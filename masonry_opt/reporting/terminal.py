@@ -1,0 +1,170 @@
+"""Print results, warnings and tables on a terminal."""
+
+import io
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from typing import TYPE_CHECKING, TextIO
+
+from rich import box
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Column, Table
+from rich.text import Text
+
+from masonry_opt.errors import OutputError, ReaderGoneError, printable
+from masonry_opt.reporting.names import WARNING, warning_lines
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Names of table columns with residuals, which are printed in scientific notation with two digits.
+_RESIDUAL_COLUMNS = (
+    "difference",
+    "equilibrium",
+    "yield",
+    "flow",
+    "kinematics",
+    "virtual_work",
+    "complementarity",
+)
+
+#: Pattern of a row of the table of load factors: two spaces, then a name. Other lines have more spaces.
+_LOAD_FACTOR_ROW = re.compile(r"  \w")
+
+#: Stream to which results are printed while standard output is redirected; None stands for standard output.
+_results: TextIO | None = None
+
+
+@contextmanager
+def results_alone() -> Iterator[None]:
+    """Reserve standard output for the functions of this module; all other output goes to standard error.
+
+    Other output is that of solvers, for example.
+    """
+    global _results
+    _results = sys.stdout
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        _results = None
+
+
+def print_text(text: str) -> None:
+    """Print text on standard output, and flush the output.
+
+    Raises ReaderGoneError if the output is closed, and OutputError if it cannot be written.
+    """
+    with _printing():
+        print(text, file=_results, flush=True)
+
+
+def print_result(text: str, bold_line: int | None = 1) -> None:
+    """Print the lines of a result on standard output, and its warnings on standard error.
+
+    On a terminal, load factors are bold and warnings are yellow. ``bold_line`` is the number of another line
+    that is bold, counted from 0; with None there is no such line.
+    """
+    lines = text.split("\n")
+    results = [line for line in lines if not line.startswith(WARNING)]
+    _print_lines(results, bold_line)
+    print_warnings(line.removeprefix(WARNING) for line in lines if line.startswith(WARNING))
+
+
+def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
+    """Print lines of a result on standard output."""
+    console = Console(highlight=False, file=_results)
+    if not console.is_terminal or console.no_color:
+        print_text("\n".join(lines))
+        return
+    texts = [Text(line) for line in lines]
+    for number, text in enumerate(texts):
+        if number == bold_line or _LOAD_FACTOR_ROW.match(text.plain):
+            text.stylize("bold")
+    with _printing():
+        console.print(Text("\n").join(texts), soft_wrap=True)
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """Print warnings on standard error; on a terminal they are yellow."""
+    console = Console(stderr=True)
+    for line in warning_lines(sentences):
+        console.print(printable(line), markup=False, highlight=False, soft_wrap=True, style="bold yellow")
+
+
+@contextmanager
+def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
+    """Show a line with the elapsed time on a terminal, and yield a function that changes its text.
+
+    The line is removed at the end. If the console is not a terminal, nothing is shown.
+    """
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    # On a narrow terminal, the line is truncated and not wrapped.
+    text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
+    columns = SpinnerColumn(), TimeElapsedColumn(), text
+    with Progress(*columns, console=console, transient=True, expand=True) as progress:
+        task = progress.add_task(line, total=None)
+        yield lambda line: progress.update(task, description=line)
+
+
+def residuals_of_step(step: object) -> str:
+    """Return the residuals and the time of a step as text, such as ", mismatch 4.2e-02, 16.4 s".
+
+    The text is empty for a step without residuals.
+    """
+    residuals = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
+    return "".join([*residuals, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if residuals else ""
+
+
+@contextmanager
+def _printing() -> Iterator[None]:
+    """Raise ReaderGoneError or OutputError if printing within the context fails."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise ReaderGoneError("standard output was closed") from None
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
+
+
+def frame_text(frame: "pd.DataFrame", title: str) -> str:
+    """Return a pandas frame as a table with a title."""
+    from pandas.api.types import is_numeric_dtype
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for column in frame.columns:
+        numeric = is_numeric_dtype(frame[column])
+        table.add_column(str(column), justify="right" if numeric else "left")
+    for record in frame.to_dict("records"):
+        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
+    # With a fixed width, a table looks the same in a pipe, in a file and on a terminal.
+    text = io.StringIO()
+    Console(file=text, width=150).print(table)
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
+
+
+def _cell(column: str, value: object) -> str:
+    """Return a value as the text of a table cell; the column name determines the number format."""
+    # The module of sentences imports the problem with much of SciPy, which takes long. The list of commands,
+    # which imports this module, must not wait for it.
+    from masonry_opt.reporting.sentences import numeral
+
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return "–"
+    spec = (
+        ".1e"
+        if column in _RESIDUAL_COLUMNS
+        else "+.3f"
+        if "%" in column
+        else ".2f"
+        if "(s)" in column
+        else ".5f"
+    )
+    return numeral(value, spec)

@@ -1,0 +1,281 @@
+"""Answers with their certificates, and proofs that no load factor exists.
+
+An answer and its certificate are made together; methods return answers and results show them. Residuals are
+computed from the matrices alone, never taken from a solver.
+"""
+
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from math import inf
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.problem.laws import BY_FACES, Forms
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
+
+#: Smallest force that matters, as a share of the live load at collapse. Residuals of a block are divided by
+#: at least this force, even if all forces on the block are smaller.
+_SMALLEST_FORCE = 1e-4
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Residuals of a load factor λ, joint forces q and block velocities d; an exact state has zeros.
+
+    Attributes
+    ----------
+    equilibrium: largest entry of B q + λ f_L + f_D, over the total dead load.
+    yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
+        block weights.
+    flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
+    complementarity: Σ|z p| over the work of the live load, in units of λ: the energy of faces that move
+        without being at yield. For associative flow λ is wrong by this number at most. Rates of sliding
+        faces are divided by max(1, μ) / max(1, slope of the flow rule).
+    """
+
+    equilibrium: float
+    yield_: float
+    flow: float
+    complementarity: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the four residuals in a dictionary, under their names in reports."""
+        return {name.rstrip("_"): value for name, value in asdict(self).items()}
+
+    @property
+    def worst(self) -> float:
+        """Largest of the four residuals."""
+        return max(self.as_dict().values())
+
+
+def certify(
+    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
+) -> Certificate:
+    """Return the residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule.
+
+    The flow rule is given by the slope (k,), the opening per unit slip of the joints that can slide. The
+    slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
+    """
+    total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
+    z, p = problem.slacks(q), problem.rates(d, slope)
+    # Divide rates of sliding by max(1, μ) / max(1, slope). Without this divisor, at μ = 1e6, a slip of 1e-14
+    # (rounding) would count as an energy of 1e-8 of a force.
+    steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
+    live_work = float(problem.live @ d) or problem.live_norm
+    return Certificate(
+        equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
+        yield_=max(0.0, -float(z.min())),
+        flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
+        complementarity=problem.energy(q, p / steep) / abs(live_work),
+    )
+
+
+def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
+    """Return the largest force (a load, n or s) that acts on each block, shape (b,).
+
+    The force is at least the smallest force that matters, a share of the live load at collapse.
+    """
+    loads = np.abs(problem.dead) + abs(load_factor * problem.live)
+    loads = problem.forces(loads).max(axis=1)
+    at_joints = np.abs([problem.normal_forces(q), *problem.shears(q)]).max(axis=0)
+    carried = np.zeros(problem.blocks)
+    block, joint = problem.matrices.ends.nonzero()
+    np.maximum.at(carried, block, at_joints[joint])
+    if problem.matrices.limited:
+        limited = abs(problem.matrices.of_limited @ sp.diags_array(problem.of_forces(q)))
+        from_limited = problem.forces(limited.max(axis=1).toarray()).max(axis=1)
+        carried = np.maximum(carried, from_limited)
+    smallest = _SMALLEST_FORCE * max(abs(load_factor), SMALLEST) * problem.live_norm
+    return np.maximum(np.maximum(loads, carried), smallest)
+
+
+def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
+    """Return, for each joint, the largest force on its less loaded movable block, shape (c,).
+
+    ``acting`` is the largest force on each block, shape (b,).
+    """
+    lesser = np.full(problem.joints, inf)
+    block, joint = problem.matrices.ends.nonzero()
+    np.minimum.at(lesser, joint, acting[block])
+    return lesser
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FinalState:
+    """Joint forces and block velocities at the end of a method; each is None if it is not known."""
+
+    q: np.ndarray | None = None  #: joint forces, shape (3c,)
+    d: np.ndarray | None = None  #: block velocities, shape (3b,)
+    #: Opening per unit slip according to the flow rule of the velocities, shape (k,).
+    slope: np.ndarray | None = None
+    forms: Forms = BY_FACES  #: friction and strength laws that limit the forces
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Answer(FinalState):
+    """Load factor with joint forces, mechanism and the residuals of all conditions.
+
+    Only :func:`certified` makes answers, so that each state has one certificate.
+    """
+
+    load_factor: float  #: load factor λ
+    q: np.ndarray  #: joint forces, shape (3c,)
+    d: np.ndarray  #: block velocities, shape (3b,)
+    slope: np.ndarray  #: opening per unit slip of the flow rule, shape (k,)
+    certificate: Certificate  #: residuals of the scene as a whole
+    residuals: dict[str, float]  #: residuals under the names of their limits in ``Limits``
+
+    def failing(self, kind: Kind) -> dict[str, float | None]:
+        """Return the residuals that exceed the limits of a kind of answer."""
+        return LIMITS[kind].failing(self.residuals)
+
+    @property
+    def exact(self) -> bool:
+        """True if the answer is an exact state."""
+        return not self.failing(Kind.EXACT)
+
+    def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
+        """Return an answer that is certified with a flow rule (k,) and the laws of a problem.
+
+        The answer itself is returned if flow rule and laws are its own.
+        """
+        if self.forms == problem.forms and np.array_equal(self.slope, slope):
+            return self
+        return certified(problem, self.load_factor, self.q, self.d, slope)
+
+
+def certified(
+    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
+) -> Answer:
+    """Return an answer whose certificate is computed for a flow rule, by default the joints' own.
+
+    The parameters are those of :func:`certify`. The joints' own flow rule is evaluated at the forces q.
+    Residuals of the certificate are relative to median weights and total loads, so that they hide errors on a
+    very light block. If a light block carries the live load, this block alone determines λ. The other
+    residuals of the answer are therefore relative to the forces on each block and each joint.
+    """
+    slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
+    certificate = certify(problem, load_factor, q, d, slope)
+    unbalanced = problem.unbalanced(load_factor, q)
+    live_work = float(problem.live @ d)
+    unbalanced_work = float(np.abs(unbalanced * d).sum())
+    acting = largest_acting(problem, load_factor, q)
+    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    # Convert each moment to a force that acts at the block's longest arm.
+    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
+    z = problem.slacks(q)
+    at_faces = of_lesser_block(problem, acting)[problem.face_joint]
+    violation = float((-z[: len(at_faces)] / at_faces).max())
+    beyond_limits = float(-z[problem.table.limits].min(initial=inf) / acting.min())
+    residuals = {
+        **certificate.as_dict(),
+        "complementarity": over_load_factor(certificate.complementarity, load_factor),
+        # The live load may do no work if its entries are below the tolerance of the solver; the residual is
+        # then infinite.
+        "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
+        "block": float(np.maximum(forces, moments).max()),
+        "joint": max(violation, beyond_limits, 0.0),
+    }
+    return Answer(
+        load_factor=float(load_factor) + 0.0,  # turns −0.0 into 0.0
+        q=q,
+        d=d,
+        slope=slope,
+        forms=problem.forms,
+        certificate=certificate,
+        residuals=residuals,
+    )
+
+
+class Existence(StrEnum):
+    """Statements on the existence of a load factor λ ≥ 0 of collapse with the joints' own flow rule."""
+
+    NO_MECHANISM = "none exists: no mechanism lets the live load do work"
+    #: The joints that move in a mechanism never reach their yield conditions at the same time.
+    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
+    UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
+    UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
+
+    @property
+    def proven(self) -> bool:
+        """True if the statement proves that no load factor λ ≥ 0 exists."""
+        return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
+
+
+@dataclass(frozen=True)
+class InfeasibilityCertificate:
+    """Proof that no load factor exists, or forces that carry any live load, each with its residuals.
+
+    Attributes
+    ----------
+    existence: the proven statement.
+    equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
+        friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
+        None if no such forces exist.
+    clamped: indices of the joints in self-stress, the most stressed first. Indices are those of the problem,
+        in a result those of ``Result.joints``. Other forces carry the opposite of the live load, and the sum
+        of both is in equilibrium without loads.
+    static_cuts: number of sets of faces that cannot all be at yield in one state.
+    kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
+        they exclude every choice of moving faces.
+    cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
+    """
+
+    existence: Existence
+    equilibrium: float | None = None
+    yield_: float | None = None
+    clamped: tuple[int, ...] = ()
+    static_cuts: int = 0
+    kinematic_cuts: int = 0
+    cut_residual: float = 0.0
+
+    @property
+    def proven(self) -> bool:
+        """True if no load factor λ ≥ 0 exists under the joints' own flow rule."""
+        return self.existence.proven
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all attributes and ``proven`` in a dictionary, under their names in reports."""
+        own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
+        return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
+
+
+def ray_residuals(
+    problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
+) -> tuple[float, float]:
+    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, both divided by Σ|f_L|.
+
+    The joint forces q have shape (3c,). Faces (yield conditions) for which ``still``
+    (faces,) is true may violate the second condition.
+    """
+    equilibrium = float(np.abs(problem.B @ q + problem.live).max())
+    violation = np.where(still, 0.0, -(problem.C(slope) @ q))
+    return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
+
+
+def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
+    """Return the larger of :func:`ray_residuals` under the joints' own flow rule.
+
+    A residual of zero shows that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
+    """
+    return max(ray_residuals(problem, q, problem.dilatancy, still))
+
+
+def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
+    """Return the residual of the proof that given yield conditions are never active together at λ ≥ 0.
+
+    The given yield conditions are the faces for which ``held`` (faces,) is true. The proof is a motion d
+    (3b,) with rates p (faces,) that meets three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and
+    f_L·d ≥ 0. The residual is the largest violation of a condition, divided by the energy f_D·d − c·p that
+    the motion gains. The residual is infinite if the motion gains no energy.
+    """
+    gain = float(problem.dead @ d - problem.face_cohesion @ p)
+    if not gain > 0:
+        return inf
+    departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
+    backwards = float(np.where(held, 0.0, -p).max(initial=0.0))
+    against = max(0.0, -float(problem.live @ d) / problem.live_norm)
+    return max(departure, backwards, against) / gain

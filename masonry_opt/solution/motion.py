@@ -1,0 +1,161 @@
+"""Motions of blocks and joints in a mechanism."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.rows import dots, lengths, sums
+from masonry_opt.solution.load_history import LoadStep
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Kinds of motion of the joints in a mechanism."""
+
+    slides: np.ndarray  #: True if a joint slips while it touches and does not crush, shape (joints,)
+    #: True if a joint opens about one edge (in space, about the points that still touch), shape (joints,).
+    hinges: np.ndarray
+    #: Point about which the joint hinges: an edge or a corner (in space, the mean of the points that touch).
+    #: The shape is (joints, 2), or (joints, 3) in space.
+    hinge: np.ndarray
+    separates: np.ndarray  #: True if a joint opens along its whole length, or at all points, shape (joints,)
+    crushes: np.ndarray  #: True if a joint of limited strength closes at an edge, shape (joints,)
+
+
+def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
+    """Return the joints that slide, hinge, separate and crush, in a solution that has a mechanism.
+
+    - Opening that the flow rule of the answer demands is not counted.
+    - Thresholds are relative to ``speed``, by default the speed of the mechanism's fastest corner.
+    - A joint without force whose middle opens while an edge touches hinges about this edge. If the joint also
+      slips, it separates.
+    - In space a joint slides if a contact point slips while it touches. It hinges if it opens more at some
+      points than at others that touch.
+    """
+    assert solution.d is not None
+    problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
+    # If a scene is unstable under its dead load, its mechanism has associative flow.
+    own = problem.friction if solution.load_factor is None else problem.dilatancy
+    slope = own if solution.found.slope is None else solution.found.slope
+    explained = np.zeros(problem.joints)
+    # If a polygon approximates the friction cone, a point that slides between two directions of the polygon
+    # opens by less than with the cone.
+    rates = problem.rates(solution.d, slope)
+    explained[problem.sliding] = slope * problem.slip(rates)
+    dimension, of_point = problem.layout.dimension, assembly.of_point
+    motion = problem.motion(solution.d)
+    slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
+    speed = speed or fastest(assembly, solution.d)
+    # Opening of each contact point, less the opening that the flow rule demands.
+    apart = np.empty(len(of_point))
+    apart[assembly.pressed] = problem.at_points(motion) - explained
+    farthest, nearest = joints.most(apart), -joints.most(-apart)
+    # The opening of a joint without extent, such as a corner on an edge, is computed for the unit length.
+    turned = relative_rotation(assembly, solution.d)
+    normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
+    tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
+    turning = np.maximum((farthest - nearest) / 2, np.where(joints.extent > 0, 0.0, tilted))
+    touches = nearest <= SEPARATES * speed
+    crushes = (nearest < -CRUSHES * speed) & np.isfinite(joints.strength)
+    touching = apart <= np.where(crushes, nearest, np.maximum(SEPARATES * speed, nearest))[joints.joint]
+    slips = joints.most(touching * slip) > SLIDES * speed
+    if solution.q is not None:
+        n = problem.normal_forces(solution.q)
+        pressed = joints.most((n > IDLE * np.abs(n).max(initial=0.0))[of_point])
+        touches &= pressed | ((farthest + nearest) / 2 <= SEPARATES * speed) | ~slips
+    share = touching / np.bincount(joints.joint, touching)[joints.joint]
+    return JointMotion(
+        slides=touches & slips & ~crushes,
+        hinges=touches & (turning > HINGES * speed),
+        hinge=sums(joints.joint, share[:, None] * joints.point, len(joints.first)),
+        separates=~touches,
+        crushes=crushes,
+    )
+
+
+def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the joints that slide and the joints that are open, each of shape (steps, joints).
+
+    An entry is True if the joint slides, or is open, at the end of the load step. In space, a joint slides or
+    is open if at least one of its contacts does so.
+    """
+    sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
+    are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
+    return sliding.astype(bool), are_open.astype(bool)
+
+
+def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Return indices of the movable blocks that take part in a mechanism (3b,), fastest first."""
+    speeds = _corner_speeds(assembly, d)
+    order = np.argsort(-speeds, kind="stable")
+    return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
+
+
+def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
+    """Return names of the blocks that take part in a mechanism (3b,), fastest first."""
+    return assembly.names(assembly.movable[moving_blocks(assembly, d)])
+
+
+def fastest(assembly: Assembly, d: np.ndarray) -> float:
+    """Return the speed of the fastest corner in a mechanism (3b,); 1 if no corner is known to move."""
+    return float(_corner_speeds(assembly, d).max()) or 1.0
+
+
+def velocities(assembly: Assembly, d: np.ndarray, block: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return velocities v + ω × r of points of blocks, shape (points, 2) or (points, 3).
+
+    Each point has the index ``block`` of its block in the scene, shape (points,), and a position ``at``
+    relative to the geometry's origin. The block velocities d have shape (3b,).
+    """
+    problem, dimension = assembly.problem, assembly.problem.layout.dimension
+    arm = np.zeros((len(at), 3))
+    arm[:, :dimension] = (at - assembly.geometry.centroid[block]) / problem.length_unit
+    v = np.zeros((len(assembly.scene.blocks), dimension))
+    v[assembly.movable] = problem.forces(d)
+    velocity: np.ndarray = v[block] + np.cross(_rotations(assembly, d)[block], arm)[:, :dimension]
+    return velocity
+
+
+def relative_rotation(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Return the rotation of the first block of each joint relative to the second, shape (joints, 3)."""
+    rotations, joints = _rotations(assembly, d), assembly.joints
+    relative: np.ndarray = rotations[joints.first] - rotations[joints.second]
+    return relative
+
+
+def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Return the rotations of all blocks, shape (blocks, 3); in the plane they are about z."""
+    rotations = np.zeros((len(assembly.scene.blocks), 3))
+    of_movable = assembly.problem.moments(d)
+    rotations[assembly.movable, 3 - of_movable.shape[1] :] = of_movable
+    return rotations
+
+
+def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Return the speed of the fastest corner of each movable block, shape (b,), under velocities (3b,)."""
+    at, block = assembly.geometry.corners
+    speeds = np.zeros(len(assembly.scene.blocks))
+    # ``fmax`` ignores velocities that are NaN.
+    np.fmax.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
+    return speeds[assembly.movable]
+
+
+def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
+    """Return True if λ is negative and the blocks that move in a mechanism (3b,) carry no net load.
+
+    A live load along a block's weight cancels the weight at some negative load factor. There the block can
+    move, whatever carries it, so that the mechanism is no collapse.
+    """
+    if load_factor >= -ZERO:
+        return False
+    speeds = np.abs(problem.by_block(d)).max(axis=1)
+    dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)
+    net = np.abs(dead + live).max(axis=1)
+    sizes = np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
+    moving = speeds > MOVES * speeds.max()
+    return bool((net[moving] <= DRIVES * sizes[moving]).all())

@@ -1,0 +1,427 @@
+"""The outcome of an analysis: a solution with the names and units of its scene, as numbers and codes."""
+
+import math
+from dataclasses import astuple, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solution import frames
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Certificate, InfeasibilityCertificate
+from masonry_opt.solution.proof import Proof
+from masonry_opt.solution.reasons import Reason, Status, size_of
+from masonry_opt.solution.sense import warnings_of
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solvers.registry import MATRICES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+#: Former names of a result's attributes, each with its present name.
+_FORMER_NAMES = {
+    "expected": "incremental",
+    "at_expected": "at_incremental",
+    "expected_reasons": "incremental_reasons",
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """Sizes of the scene and of the linear program."""
+
+    blocks: int  #: number b of movable blocks
+    joints: int  #: number of joints, in the plane c
+    rows: int | None  #: rows of the linear program, as passed to the solver; None if none was built
+    columns: int | None  #: columns of the linear program; None if none was built
+    nonzeros: int | None  #: nonzero coefficients of the linear program; None if none was built
+    left_out: tuple[str, ...] = ()  #: parts of the scene that were not modelled, each with its reason
+    contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Outcome:
+    """Result of an analysis: load factor, joint forces, mechanism and residuals.
+
+    Tables are made when they are first read. :class:`~masonry_opt.Result` adds words, pictures and files.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    load_case: name of the load case; None if the scene has no load cases.
+    method: name of the requested method.
+    model: language that declared the program; "matrices" if no language did, as in an incremental analysis.
+    solver: name of the requested solver, or of the method's own solver. If another language declared the
+        program, its solver is named.
+    status: end of the analysis.
+    reasons: reasons for the status, as codes with their values.
+    usable: True if there is a load factor.
+    kind: kind of answer, which decides the limits of its residuals.
+    load_factor: load factor λ; None unless ``status.usable``.
+    certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
+    infeasibility: proven statement on the existence of λ, with residuals from the matrices alone. None if
+        there is λ, if the scene falls, and above 2000 joints (in space contact points).
+    flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
+    iterations: sum of the iterations of the solvers.
+    lp_solves: number of linear or cone programs solved, without those for the dead load alone.
+    nlp_solves: number of nonlinear programs solved.
+    stationary: after a search (option ``search``): True if no mechanism that was tried at yield lowers λ,
+        False if the solver could not decide for some of them; None without a search.
+    lowest: load factor of the exact Coulomb collapse state, the lowest that the method found; None if its
+        state is not exact.
+    incremental: incremental load factor, by method "incremental": the largest load factor of the load
+        history in which the live load is raised from rest, with elastic contacts. None if the history
+        has no collapse, if it is switched off, and for methods with associative flow.
+    end: load factor at the end of the load history, in which the blocks move on; None if the history was not
+        followed to its end.
+    incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
+    at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
+        None if the incremental load factor is switched off.
+    associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
+    exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
+        friction in space is the cone.
+    bound: lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies. It is that of ``proof``, or
+        by method "global"; the latter may be valid only below limits of rates and forces, which ``reasons``
+        state. None without a bound.
+    proof: proof by conflicts that no state is lower, see :func:`~masonry_opt.check_proof`. It needs no limits
+        of rates and forces. None without a proof.
+    seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
+    solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
+    largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
+        the drawing; 0 if all joints are as drawn.
+    largest_shift: largest distance by which a contact point was moved for this purpose; 0 if none was moved.
+    size: sizes of the scene and the linear program.
+    assembly: the matrices of the scene.
+    solution: forces and velocities in the units of the matrices.
+    warnings: properties of the scene that look unintended, as codes with values. They change no other result.
+    """
+
+    method: str
+    model: str
+    solver: str
+    iterations: int
+    lp_solves: int
+    nlp_solves: int
+    seconds: dict[str, float]
+    solvers: dict[str, list[str]]
+    assembly: Assembly
+    solution: Solution
+
+    @property
+    def status(self) -> Status:
+        """Status of the analysis at its end."""
+        return self.solution.status
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        """Reasons for the status, as codes with their values."""
+        return self.solution.reasons
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a load factor."""
+        return self.solution.status.usable
+
+    @property
+    def kind(self) -> Kind:
+        """Kind of answer, which decides the limits of its residuals."""
+        return self.solution.kind
+
+    @property
+    def load_factor(self) -> float | None:
+        """Load factor λ; None unless the status is usable."""
+        return self.solution.load_factor
+
+    @property
+    def flow_rule_matters(self) -> bool:
+        """False if the loop's associative start already obeys the joints' own flow rule."""
+        return self.solution.flow_rule_matters
+
+    @property
+    def stationary(self) -> bool | None:
+        """True if no mechanism that a search tried lowers λ, False if undecided; None without a search."""
+        return self.solution.stationary
+
+    @property
+    def bound(self) -> float | None:
+        """Lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies; None without a bound."""
+        return self.solution.bound
+
+    @property
+    def proof(self) -> Proof | None:
+        """Proof by conflicts that no state is lower; None without a proof."""
+        return self.solution.proof
+
+    @property
+    def end(self) -> float | None:
+        """Load factor at the end of the load history; None if the history was not followed to its end."""
+        return self.solution.end
+
+    @property
+    def incremental(self) -> float | None:
+        """Incremental load factor: the largest load factor of the load history; None if unknown."""
+        return self.solution.incremental_value
+
+    @property
+    def associative(self) -> float | None:
+        """Load factor with associative flow; None if it is unlimited or unknown."""
+        return self.solution.associative_value
+
+    @property
+    def case(self) -> str:
+        """Name of the scene in tables and messages."""
+        return self.assembly.scene.called
+
+    def __repr__(self) -> str:
+        attributes = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
+        return f"{type(self).__name__}({attributes})"
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError. For a former name of an attribute, the message states the present name."""
+        if name in _FORMER_NAMES:
+            raise AttributeError(f"'{name}' is now called '{_FORMER_NAMES[name]}'")
+        raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+
+    @cached_property
+    def joints(self) -> "pd.DataFrame":
+        """Table with one row for each joint; forces and lengths are in the case's units.
+
+        Columns in the plane:
+
+        - ``first``, ``second``: names of the two blocks.
+        - ``x``, ``y``: middle of the joint; ``length``: its length.
+        - ``n`` (compression > 0), ``s``, ``m``: normal force, shear and moment on the first block.
+        - ``slip``, ``opening``, ``rotation``: rates of the first block relative to the second.
+        - ``utilisation``: force over limit; NaN if the joint carries no force.
+
+        Columns in space, where a vector has three columns, such as ``x``, ``y``, ``z``, in the scene's
+        coordinates:
+
+        - ``first``, ``second``: names of the two blocks.
+        - ``x``: centroid of the joint; ``area``: its area, 0 for an edge or a point.
+        - ``nx``: unit normal, which points into the first block.
+        - ``n`` (along the normal, compression > 0), ``s`` (size of the shear), ``fx``: resultant on the first
+          block.
+        - ``px``: point on which n acts; NaN if the joint is not pressed.
+        - ``torsion``: moment about the normal at this point; at the centroid if the joint is not pressed.
+        - ``slip`` (size), ``opening``, ``vx`` (both): rates of the first block relative to the second, at the
+          centroid.
+        - ``rotation`` (size), ``wx``: relative rotation about its direction, right-handed.
+        - ``ax``: point of the rotation axis nearest to the centroid; NaN if the joint does not turn.
+        - ``utilisation``: the largest utilisation of its ``contacts``.
+        """
+        return frames.joint_frame(self.assembly, self.solution)
+
+    @cached_property
+    def contacts(self) -> "pd.DataFrame | None":
+        """Table with one row for each contact point in space, in the order of the joints; None in the plane.
+
+        - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
+        - ``x``, ``y``, ``z``: the point.
+        - ``n`` (compression > 0), ``s`` (size of the shear), ``fx``, ``fy``, ``fz``: force on the first
+          block.
+        - ``slip`` (size), ``opening``, ``vx``, ``vy``, ``vz`` (both): rates of the first block relative to
+          the second.
+        - ``utilisation``: |shear| over c + μ n; 0 if friction is unlimited, NaN if the point carries no
+          force.
+
+        If a joint has more than three points, their forces are one of many that have its resultant.
+        """
+        return frames.contact_frame(self.assembly, self.solution)
+
+    @cached_property
+    def blocks(self) -> "pd.DataFrame":
+        """Table with one row for each movable block, its centroid and its velocities.
+
+        Columns in the plane are ``block``, ``x``, ``y``, ``vx``, ``vy``, ``omega``. Columns in space are
+        ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the right-handed rotation about the axes,
+        ``wx``, ``wy``, ``wz``.
+
+        Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead
+        load does this work, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| is
+        a sum of components. In space it is a sum of the sizes of forces and moments about centroids. The unit
+        of length of these moments is half the root of the median joint's area.
+        """
+        return frames.block_frame(self.assembly, self.solution)
+
+    @cached_property
+    def ties(self) -> "pd.DataFrame":
+        """Table with one row for each tie or prop.
+
+        - ``name``, ``kind``: its name, and "tie" or "prop".
+        - ``first``, ``second``: names of its blocks; "ground" does not move.
+        - ``force``: tension, for a prop compression, in the case's unit, from ``lowest`` to ``highest``.
+        - ``lengthens``: rate of lengthening.
+        - ``yields``: True if it is at its highest force and moves on in the mechanism.
+        """
+        return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
+
+    @cached_property
+    def pressures(self) -> "pd.DataFrame":
+        """Table with one row for each face on which a fill presses, with the columns of ``ties``.
+
+        ``first`` is the block of the face. ``force`` is horizontal and directed into the face. It is at least
+        ``lowest``, the active pressure, and at most ``highest``, the mobilised share of the passive pressure.
+        The pressure ``yields`` if it reaches ``highest``.
+        """
+        return frames.tie_frame(self.assembly, self.solution, Role.EARTH)
+
+    @cached_property
+    def history(self) -> "pd.DataFrame":
+        """Table with one row for each step of the method; empty for a single linear program.
+
+        Depending on the method, a step is one of the following:
+
+        - a sub-problem of the loop (:class:`~.loop.run.Iteration`);
+        - a load step (:class:`~.load_history.LoadStep`);
+        - a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`);
+        - a lower state of the search (:class:`~.coulomb.search.LowerState`).
+        """
+        return frames.history_frame(self.assembly, self.solution)
+
+    @cached_property
+    def curve(self) -> "pd.DataFrame | None":
+        """Load–displacement curve of the load history; None unless option ``curve`` requested it.
+
+        The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
+        equilibrium:
+
+        - ``load_factor``: load factor λ.
+        - ``displacement``: displacement of the live load since the dead load, its work over its forces. The
+          unit is the closing of a joint of mean length under the mean contact force of the dead load.
+        - ``jump``: True if the blocks came to rest after a damped motion.
+        - ``sliding``, ``opening``: numbers of joints that slide under pressure, and that are open at an
+          edge or wholly.
+        - ``starts_sliding``, ``starts_opening``: names of the two blocks of each joint that slides, or opens,
+          for the first time. In the first row the joint does so under the dead load alone.
+        """
+        history = self.solution.load_history
+        if not self.solution.tells_curve or history is None:
+            return None
+        return frames.curve_frame(self.assembly, history)
+
+    @property
+    def largest_turn(self) -> float:
+        """Largest angle, in radians, by which a joint was turned to align contacts."""
+        return float(self.assembly.joints.turn.max(initial=0.0))
+
+    @property
+    def largest_shift(self) -> float:
+        """Largest distance by which a contact point was moved to align contacts."""
+        return float(self.assembly.joints.shift.max(initial=0.0))
+
+    @property
+    def load_case(self) -> str | None:
+        """Name of the load case; None if the scene has no load cases."""
+        case = self.assembly.scene.load_case
+        return None if case is None else case.name
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """Residuals of load factor, forces and mechanism; None without a load factor."""
+        return self.solution.answer.certificate if self.solution.answer else None
+
+    @property
+    def infeasibility(self) -> InfeasibilityCertificate | None:
+        """Statement on the existence of a load factor, with residuals; None if a load factor is known.
+
+        Its ``clamped`` joints are rows of ``joints``.
+        """
+        certificate = self.solution.infeasibility
+        if self.load_factor is not None or certificate is None:
+            return None
+        clamped = self.assembly.joints_of(np.array(certificate.clamped, dtype=int))
+        return replace(certificate, clamped=tuple(clamped.tolist()))
+
+    @property
+    def incremental_reasons(self) -> tuple[Reason, ...]:
+        """Reasons why the load history ended, or why there is no incremental load factor."""
+        return self.at_incremental.reasons if self.at_incremental else ()
+
+    @cached_property
+    def at_incremental(self) -> Self | None:
+        """Result at the incremental collapse; None if the incremental load factor is switched off."""
+        if self.kind is Kind.INCREMENTAL:
+            return self
+        solution = self.solution.incremental
+        if solution is None:
+            return None
+        return replace(
+            self,
+            method="incremental",
+            model=MATRICES,
+            solver="newton",
+            solution=solution,
+            iterations=len(solution.history),
+            lp_solves=0,
+            nlp_solves=0,
+        )
+
+    @property
+    def lowest(self) -> float | None:
+        """Load factor of the exact Coulomb collapse state; None if the state is not exact."""
+        return self.load_factor if self.exact else None
+
+    @cached_property
+    def exact(self) -> bool:
+        """True if the answer is an exact Coulomb state under the joints' own flow rule."""
+        return self.solution.is_exact(self.assembly.problem)
+
+    @property
+    def size(self) -> Size:
+        """Sizes of the scene and of the linear program."""
+        problem, lp = self.assembly.problem, self.solution.size
+        rows, columns, nonzeros = (None, None, None) if lp is None else astuple(lp)
+        points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
+        return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)
+
+    @cached_property
+    def warnings(self) -> tuple[Reason, ...]:
+        """Warnings about the scene, as codes with values."""
+        return warnings_of(self.assembly, self.solution)
+
+    @property
+    def range(self) -> tuple[float | None, float | None]:
+        """Lower and upper bound of the least load factor with the joints' own flow rule; None if unknown.
+
+        The lower bound is proven without assumptions. The upper bound is λ if λ is exact, else the
+        associative load factor.
+        """
+        proven = self.bound if self.solution.bound_derived else None
+        return proven, self.load_factor if self.exact else self.associative
+
+    @property
+    def crushing(self) -> str:
+        """Strength law of the answer: "parabola", or "chords" inside the parabola; "" without a strength.
+
+        With chords moments are up to 0.65 % smaller.
+        """
+        return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
+
+    @property
+    def friction_law(self) -> str:
+        """Friction law of the answer in space: "cone", or "polygon of P sides" inside the cone.
+
+        The polygon has at least cos(π/P) of the cone's friction. The value is "" in the plane, if friction is
+        unlimited, and if there are neither forces nor velocities.
+        """
+        found = self.solution.found
+        is_empty = found.q is None and found.d is None
+        return "" if is_empty or not len(self._law.sliding) else self._law.by_friction.word
+
+    @property
+    def _law(self) -> Problem:
+        """Problem with the friction and strength laws that limit the solution's forces."""
+        return self.assembly.problem.by(self.solution.found.forms)
+
+    @property
+    def tilt_angle(self) -> float | None:
+        """Tilt of the ground at collapse, atan λ in degrees; None if the scene has no tilted ground."""
+        if self.assembly.scene.tilt is None or self.load_factor is None:
+            return None
+        return math.degrees(math.atan(self.load_factor))

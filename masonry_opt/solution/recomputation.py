@@ -1,0 +1,78 @@
+"""Columns of a result's JSON from which its certificate can be recomputed without the package.
+
+Tables of a result contain the joint forces and the velocities of the blocks. These columns add the points on
+which forces act, the loads of the blocks, and the limits of the yield conditions. Forces and lengths are in
+the case's units.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.solution.solution import Solution
+
+Columns = dict[str, list[Any]]
+
+
+def load_columns(assembly: Assembly) -> Columns:
+    """Return the dead and live load of each movable block, with moments about its centroid.
+
+    In the plane the columns also contain the ``vertices`` of the block.
+    """
+    problem = assembly.problem
+    axes = "xyz"[: assembly.scene.dimension]
+    columns: Columns = {}
+    if assembly.scene.dimension == 2:
+        columns["vertices"] = [assembly.scene.blocks[row].vertices for row in assembly.movable]
+    moment_names = [f"m{axis}" for axis in axes] if assembly.scene.dimension == 3 else ["moment"]
+    for kind, load in (("dead", problem.dead), ("live", problem.live)):
+        forces = problem.forces(load) * problem.force_unit
+        moments = problem.moments(load) * problem.force_unit * problem.length_unit
+        columns |= {f"{kind}_f{axis}": column.tolist() for axis, column in zip(axes, forces.T, strict=True)}
+        columns |= {
+            f"{kind}_{name}": column.tolist() for name, column in zip(moment_names, moments.T, strict=True)
+        }
+    return columns
+
+
+def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
+    """Return the limits and the flow rule of each joint, or of each contact point in space.
+
+    ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
+    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength).
+    ``flow_slope`` is the opening per unit slip under the flow rule of the answer.
+    """
+    problem = assembly.problem
+    friction, crushing = (np.full(problem.joints, np.inf) for _ in range(2))
+    cohesion, slope = (np.zeros(problem.joints) for _ in range(2))
+    friction[problem.sliding] = problem.friction
+    cohesion[problem.sliding] = problem.cohesion * problem.force_unit
+    crushing[problem.crushing] = problem.crushing_force * problem.force_unit
+    slope[problem.sliding] = problem.dilatancy if solution.found.slope is None else solution.found.slope
+    limits = {"friction": friction, "cohesion_force": cohesion, "flow_slope": slope}
+    if assembly.scene.dimension == 2:
+        limits["crushing_force"] = crushing
+    return {name: column.tolist() for name, column in limits.items()}
+
+
+def normal_columns(assembly: Assembly) -> Columns:
+    """Return the unit normal of each joint in the plane, which points into its first block."""
+    return {f"n{axis}": column.tolist() for axis, column in zip("xy", assembly.joints.normal.T, strict=True)}
+
+
+def line_columns(assembly: Assembly, *roles: Role) -> Columns:
+    """Return the point of application and the direction of limited forces (such as ties) with some roles.
+
+    The point is on the first block of the limited force. ``ux``, ``uy`` (``uz``) is the force on this block
+    per unit of the limited force. The second block of a tie or prop carries the opposite force on the same
+    line.
+    """
+    actions = [force.actions[0] for force in assembly.limited if force.role in roles]
+    points = [action.point + assembly.geometry.origin for action in actions]
+    axes = "xyz"[: assembly.scene.dimension]
+    columns = {axis: [float(point[row]) for point in points] for row, axis in enumerate(axes)}
+    return columns | {
+        f"u{axis}": [float(action.force[row]) for action in actions] for row, axis in enumerate(axes)
+    }

@@ -1,0 +1,317 @@
+"""Warnings about properties of a scene that are allowed but look unintended. Warnings refuse no scene."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.fill import fill_forces
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.problem.loads import weights
+from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.rows import linked
+from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import IDLE
+from masonry_opt.solution.wedges import wedges
+
+#: Unusual properties of joints: the code of the warning, the names of the properties, and the test. Friction
+#: above 3 (tan 72°) exceeds that of any dry joint, and is perhaps meant in degrees. Dilatancy below −friction
+#: is a contraction that friction cannot resist.
+_UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
+    (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
+    (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
+)
+
+#: Distance of a group of blocks from all other blocks above which the group is far away. The distance is
+#: relative to the larger of two sizes: of the group, and of all other blocks together.
+_FAR_DISTANCE_RATIO = 10.0
+
+#: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
+#: a factor of a thousand; stone and timber differ by a factor of five. A larger value misses mistakes in some
+#: materials.
+_OTHER_UNITS = 300.0
+
+#: Ratio of a block's weight to a dead force on the block above which the force is too small to matter. Small
+#: live forces cause no warning, because a live force is often a unit force.
+_WEIGHT_TO_FORCE_RATIO = 3000.0
+
+#: Distance by which a force may act outside of its block because of rounding. The distance is relative to the
+#: size of the block (the root of its area or volume).
+_OUTSIDE = 0.02
+
+#: Share of a block's weight up to which a difference of forces is rounding.
+_FORCE_DIFFERENCE_TOLERANCE = 1e-9
+
+#: Code of the warning about blocks that meet without a joint, by dimension.
+_MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
+
+
+def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
+    """Return the warnings about a scene and, if given, its solution, as codes with values."""
+    of_wedges = tuple(wedges(assembly, solution))
+    return (
+        *_joints(assembly),
+        *_idle_supports(assembly),
+        *_clamping(assembly, solution),
+        *_small_gaps(assembly, of_wedges),
+        *_blocks(assembly),
+        *of_wedges,
+        *_bearing_corners(assembly, solution),
+        *_loads(assembly),
+        *_far_away(assembly),
+        *_acting_outside(assembly),
+        *_weights(assembly),
+        *_fill_weights(assembly),
+        *_strengths(assembly),
+    )
+
+
+def _joints(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about unusual properties of joints.
+
+    One warning is about the defaults of the scene. Another one names all joints with an unusual property of
+    their own, with the values of the first of these joints.
+    """
+    scene, defaults = assembly.scene, assembly.scene.joints
+    for code, names, unusual in _UNUSUAL:
+        given = [each for each in scene.exceptions if any(getattr(each, name) is not None for name in names)]
+        own = [each for each in given if unusual(each.over(defaults))]
+        pairs = [list(each.between) for each in own]
+        for joint, named in (defaults, []), *((each.over(defaults), pairs) for each in own[:1]):
+            if unusual(joint):
+                yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=named)
+
+
+def _idle_supports(assembly: Assembly) -> list[Reason]:
+    """Return a warning that names supports without function; return no warning if all have one.
+
+    A support has a function if it has a joint to a movable block, carries fill, or is an end of a tie or
+    prop.
+    """
+    idle = np.ones(len(assembly.scene.blocks), dtype=bool)
+    idle[[piece.block for piece in assembly.filled_pieces]] = False
+    ends = [action.block for force in assembly.limited for action in force.actions]
+    idle[[block for block in ends if block >= 0]] = False
+    idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
+    return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
+
+
+def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
+    """Return a warning that names joints at supports that transfer friction only because of self-stress."""
+    infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
+    clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
+    joints = assembly.joints
+    supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
+    if not supports.any():
+        return []
+    return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs_of(clamped[supports]))]
+
+
+def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
+    """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
+
+    The warning also names a tolerance that closes all gaps and aligns the joints in warnings about wedges.
+    """
+    joints = assembly.joints
+    gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
+    if not gaps:
+        return []
+    pairs = [assembly.names(np.array(pair)) for pair in gaps]
+    aligning = [wedge.values["tolerance"] for wedge in of_wedges if wedge.code is Code.NEARLY_PARALLEL]
+    tolerance = max([joints.joining_tolerance, *aligning])
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()), tolerance=tolerance)]
+
+
+def _blocks(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about blocks that touch without a common normal, and about inconsistent solids.
+
+    The vertices of an inconsistent solid are clockwise in some of its faces and counter-clockwise in others.
+    """
+    meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
+    if meeting:
+        yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
+    mixed = assembly.geometry.mixed
+    if len(mixed):
+        yield reason(Code.FACES_TURNED, blocks=assembly.names(mixed))
+
+
+def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
+    """Return a warning that names corners, in the plane, that press on edges of limited strength.
+
+    The strength does not limit the normal force on a corner, which has no area.
+    """
+    problem, joints = assembly.problem, assembly.joints
+    limited = np.flatnonzero((joints.extent == 0) & np.isfinite(joints.strength))
+    if solution is None or not len(limited):
+        return []
+    if solution.load_factor is None or solution.q is None:
+        # If the live load has no limit, crushing of corners may limit it in reality.
+        pairs = assembly.pairs(limited)
+        if solution.status.unlimited and pairs:
+            return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
+        return []
+    n = problem.normal_forces(solution.q)
+    pressed = limited[n[limited] > IDLE * np.abs(n).max(initial=0.0)]
+    order = pressed[np.argsort(-n[pressed], kind="stable")]
+    forces = (n[order] * problem.force_unit).tolist()
+    return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)] if forces else []
+
+
+def _loads(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about edge loads that extend beyond the edges, and about axles that do not act."""
+    scene = assembly.scene
+    for number, length in enumerate(assembly.bare_edge_loads, start=1):
+        if length > assembly.geometry.tolerance:
+            yield reason(Code.BARE_EDGE_LOAD, number=number, length=length)
+    names = [group.name for group in scene.axles]
+    has_axles = names if scene.load_case is None else scene.factor_of_axles
+    if has_axles:
+        yield reason(Code.AXLES_LEFT_OUT, names=names)
+
+
+def _far_away(assembly: Assembly) -> list[Reason]:
+    """Return a warning that names groups of blocks far away from all other blocks.
+
+    Blocks linked by joints form a group. A group is far away if it is far from the bounding box of all other
+    groups.
+    """
+    group = linked(len(assembly.scene.blocks), assembly.joints.first, assembly.joints.second)
+    groups = group.max() + 1
+    if groups == 1:
+        return []
+    low, high = assembly.geometry.boxes
+    bounds, axes = np.column_stack([low, -high]), low.shape[1]
+    lowest = np.full((groups, 2 * axes), np.inf)
+    np.minimum.at(lowest, group, bounds)
+    # Bounds of the box around all other groups. Each bound is the least value of all groups, or the second
+    # least value if the least value belongs to the group itself.
+    least, second = np.sort(lowest, axis=0)[:2]
+    others = np.where(lowest == least, second, least)
+    size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
+    apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
+    distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
+    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
+    # The largest group is the structure itself.
+    far[np.bincount(group).argmax()] = False
+    if not far.any():
+        return []
+    nearest = np.flatnonzero(far)[distance[far].argmin()]
+    values = {"distance": float(distance[nearest]), "size": float(size_of_rest[nearest])}
+    return [reason(Code.FAR_AWAY, blocks=assembly.names(np.flatnonzero(far[group])), **values)]
+
+
+def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about forces that act outside of the convex hulls of their blocks.
+
+    Forces at a block's own ``weight_at`` are not checked: the centroid of a curved stone may be outside of
+    its straight edges.
+    """
+    shapes, blocks = assembly.geometry, assembly.scene.blocks
+    index_of = {block.name: index for index, block in enumerate(blocks)}
+    for load in ("live", "dead"):
+        points = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
+        placed = [(index, at) for index, at in points if at is not None and at != blocks[index].weight_at]
+        own = [each for each in assembly.scene.loads if each.at and getattr(each, load) is not None]
+        placed += [(index_of[each.block], each.at) for each in own]
+        if not placed:
+            continue
+        index = np.array([index for index, _ in placed])
+        distance = shapes.outside(index, np.array([point for _, point in placed]) - shapes.origin)
+        order = np.argsort(-distance, kind="stable")
+        outside = order[(distance > _OUTSIDE * shapes.width[index])[order]]
+        if len(outside):
+            values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
+            yield reason(Code.ACTS_OUTSIDE, load=load, **values)
+
+
+def _weights(assembly: Assembly) -> list[Reason]:
+    """Return warnings about unit weights and force-to-weight ratios that suggest a mix of units."""
+    problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
+    weight = weights(scene, assembly.geometry, movable)
+    density = _unit_weights(assembly)
+    heavy = density > 0
+    if not heavy.any():
+        return []
+    median = _lower_median(density[heavy])
+    ratio = np.where(heavy, density / median, 1.0)
+    most = (_OTHER_UNITS, _OTHER_UNITS)
+    has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
+    per_area = scene.dimension == 2 and not has_thickness
+    warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
+    # A light block, such as a jack's plate, may carry a force that is large for itself and small for the
+    # other blocks. Such a force is compared with the median weight.
+    weight_near = np.maximum(weight, np.median(weight[heavy]))
+    live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
+    # The weight and the forces of fill are subtracted, so that only forces from the user are checked.
+    of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
+    dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
+    for name, force, least in (("live", live, np.inf), ("dead", dead, _WEIGHT_TO_FORCE_RATIO)):
+        size = np.hypot.reduce(force, axis=1)
+        acts = size > _FORCE_DIFFERENCE_TOLERANCE * weight
+        ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
+        warnings += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
+    return warnings
+
+
+def _unit_weights(assembly: Assembly) -> np.ndarray:
+    """Return the weight of each movable block divided by its area or volume, shape (b,)."""
+    scene, movable = assembly.scene, assembly.movable
+    size = assembly.geometry.size[movable] * scene.thickness
+    return weights(scene, assembly.geometry, movable) / size
+
+
+def _lower_median(values: np.ndarray) -> float:
+    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
+    return float(np.quantile(values, 0.5, method="lower"))
+
+
+def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about unit weights of fills and backings that suggest a unit other than the blocks'.
+
+    If all blocks are weightless, a backing is compared with its fill.
+    """
+    of_blocks = _unit_weights(assembly)
+    heavy = of_blocks[of_blocks > 0]
+    for number, fill in enumerate(assembly.scene.fills, start=1):
+        beside = "blocks" if len(heavy) else "fill"
+        other = _lower_median(heavy) if len(heavy) else fill.unit_weight
+        for zone, backing in zip(fill.zones, (False, True), strict=False):
+            ratio = zone.unit_weight / other
+            if not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS:
+                values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
+                yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
+
+
+def _strengths(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about strengths and prestresses of ties and props that suggest a wrong unit."""
+    problem = assembly.problem
+    weight = weights(assembly.scene, assembly.geometry, assembly.movable)
+    if not weight.any():
+        return
+    median = _lower_median(weight[weight > 0])
+    all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
+    for force in assembly.limited:
+        if force.role not in (Role.TIE, Role.PROP):
+            continue
+        named = {"kind": str(force.role), "name": force.name}
+        for key, value in (("strength", force.highest), ("prestress", force.lowest)):
+            if np.isfinite(value) and value > _OTHER_UNITS * all_dead:
+                yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=all_dead)
+            elif 0 < value < median / _WEIGHT_TO_FORCE_RATIO:
+                yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=median)
+
+
+def _differing(
+    assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: object
+) -> list[Reason]:
+    """Return a reason that names the blocks with an extreme ratio, the most extreme first.
+
+    A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``.
+    """
+    above, below = most
+    deviation = np.abs(np.log(ratio))
+    order = np.argsort(-deviation, kind="stable")
+    differ = order[((ratio > above) | (ratio < 1 / below))[order]]
+    names = assembly.names(assembly.movable[differ])
+    return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

@@ -1,0 +1,205 @@
+"""Solutions, which methods return: numbers without the names and units of the scene."""
+
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import Any, Self
+
+import numpy as np
+
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import Answer, FinalState, InfeasibilityCertificate
+from masonry_opt.solution.load_history import LoadHistory, LoadStep
+from masonry_opt.solution.proof import Proof
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solvers.registry import LpSize, Solver
+
+
+@dataclass(frozen=True)
+class LogEntry:
+    """Log entry of one step of a method that consists of several steps."""
+
+    step: str  #: name of the step
+    load_factor: float | None  #: lowest load factor known after the step
+    exact_states: int  #: number of different exact states known after the step
+    seconds: float  #: duration of the step
+    note: str = ""  #: further result of the step in words
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Outcome of a method: status, answer and reasons, in the problem's dimensionless units."""
+
+    status: Status  #: end of the analysis
+    kind: Kind  #: kind of answer, which decides the limits of its residuals
+    reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
+    #: The answer, if the status is usable; else the forces and velocities that are known.
+    found: FinalState = field(default_factory=FinalState)
+    flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
+    exact_end: bool = False  #: True if the loop ended with forces that obey the true law exactly
+    history: tuple[Any, ...] = ()  #: one record for each step of the method
+    #: True if no mechanism that was tried in the search lowers λ; None if not known.
+    stationary: bool | None = None
+    associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
+    #: Status of the program for the associative load factor, if a separate program was solved.
+    associative_ended: Status | None = None
+    #: Solution of method "incremental", or the reason for which the method was not run. None if the
+    #: incremental load factor is switched off, or if the scene falls under its dead load.
+    incremental: "Solution | None" = None
+    #: Lower bound of λ, of a proof or of method "global"; the reasons list its assumptions.
+    bound: float | None = None
+    bound_derived: bool = False  #: True if the bound assumes nothing
+    proof: Proof | None = None  #: proof by conflicts that no state is lower; None without such a proof
+    #: Number of starts of the search for exact states; None for methods without a search.
+    starts: int | None = None
+    exact_states: int | None = None  #: number of different exact states found from these starts
+    #: Load factor (zero or negative) of an exact state other than the answer; infinite without such a state.
+    below_zero: float = inf
+    #: True if no other load factor above zero can cause collapse, because equilibrium alone determines all
+    #: forces.
+    is_only_state: bool = False
+    interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
+    #: True if the answer is the exact state in which the load history ended and the blocks continue to move.
+    followed_to_end: bool = False
+    #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.
+    peak: float | None = None
+    #: Proof that no λ exists, or an undecided attempt; None without an attempt.
+    infeasibility: InfeasibilityCertificate | None = None
+    size: LpSize | None = None  #: size of the linear program
+    tells_curve: bool = False  #: True if the user requested the load–displacement curve
+    log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
+    #: Solver of the method that computed the solution; another method may have called that method.
+    solver: Solver | None = None
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces at the end of the method, shape (3c,); None if unknown."""
+        return self.found.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities at the end of the method, shape (3b,); None if unknown."""
+        return self.found.d
+
+    @property
+    def answer(self) -> Answer | None:
+        """State with a load factor and its certificate; None if there is no load factor."""
+        return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_history(self) -> LoadHistory | None:
+        """Load steps of the method as a load history; None if its steps are of another kind."""
+        if not self.history or not isinstance(self.history[0], LoadStep):
+            return None
+        return LoadHistory(self.history)
+
+    @property
+    def load_factor(self) -> float | None:
+        """Load factor λ of the answer; None without an answer."""
+        return self.answer.load_factor if self.answer else None
+
+    @property
+    def associative_value(self) -> float | None:
+        """Load factor with associative flow; None if it was not computed.
+
+        For a method with associative flow it is the load factor of the answer.
+        """
+        return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
+
+    @property
+    def at_incremental(self) -> "Solution | None":
+        """Solution of the incremental analysis (``self`` or ``incremental``); None if it does not exist."""
+        return self if self.kind is Kind.INCREMENTAL else self.incremental
+
+    @property
+    def incremental_value(self) -> float | None:
+        """Largest load factor of the load history; None if not computed, or if the history has no end."""
+        state = self.at_incremental
+        if state is None:
+            return None
+        return state.peak or state.load_factor
+
+    @property
+    def end(self) -> float | None:
+        """Load factor at the end of the load history; None if the history was not followed to its end."""
+        state = self.at_incremental
+        return state.load_factor if state and state.followed_to_end else None
+
+    def has(self, code: Code) -> bool:
+        """Return True if one of the reasons has the given code."""
+        return any(each.code is code for each in self.reasons)
+
+    def values_of(self, code: Code) -> dict[str, Any]:
+        """Return the values of the reason with the given code; empty if no reason has this code."""
+        return next((each.values for each in self.reasons if each.code is code), {})
+
+    @property
+    def proven_none(self) -> bool:
+        """True if it is proven that no load factor exists."""
+        return self.infeasibility is not None and self.infeasibility.proven
+
+    @property
+    def carries_any_load(self) -> bool:
+        """True if the scene is stable and no multiple of the live load makes it collapse.
+
+        Either a proof or an unbounded associative program shows this. The status of a Coulomb method is no
+        proof.
+        """
+        if self.status is Status.UNSTABLE:
+            return False
+        is_unbounded = self.kind is Kind.ASSOCIATIVE and self.status in (Status.UNLIMITED, Status.LOCKED)
+        return is_unbounded or self.proven_none
+
+    def is_exact(self, problem: Problem) -> bool:
+        """Return True if the answer is an exact Coulomb state under the joints' own flow rule.
+
+        In space friction is limited by the cone.
+        """
+        answer = self.answer
+        if answer is None:
+            return False
+        return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
+
+    def ended(self, status: Status, code: Code, **values: Any) -> Self:
+        """Return a copy with a new status and one reason; fields about the former answer are reset."""
+        return replace(
+            self,
+            status=status,
+            reasons=(reason(code, **values),),
+            starts=None,
+            exact_states=None,
+            below_zero=inf,
+            is_only_state=False,
+            interrupted=False,
+            followed_to_end=False,
+            peak=None,
+        )
+
+    def telling(self, *more: Reason) -> Self:
+        """Return a copy with further reasons appended."""
+        return replace(self, reasons=(*self.reasons, *more))
+
+    def telling_first(self, why: Reason) -> Self:
+        """Return a copy with a reason placed before all other reasons."""
+        return replace(self, reasons=(why, *self.reasons))
+
+    def withdrawn(self, status: Status, code: Code, **values: Any) -> Self:
+        """Return a copy without an answer; the status and the reason explain the withdrawal.
+
+        Forces and velocities stay, without their load factor.
+        """
+        found = self.found
+        without_load_factor = FinalState(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
+        ended = self.ended(status, code, load_factor=self.load_factor, **values)
+        return replace(ended, found=without_load_factor)
+
+    def failing(self) -> dict[str, float | None]:
+        """Return the residuals that exceed the limits of the kind of answer; empty without an answer."""
+        return self.answer.failing(self.kind) if self.answer else {}
+
+    def accepted(self) -> Self:
+        """Return the solution; its answer is removed if residuals of the answer exceed their limits."""
+        failing = self.failing()
+        if failing:
+            return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
+        return self

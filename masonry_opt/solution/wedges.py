@@ -1,0 +1,103 @@
+"""Warnings about joints that are nearly parallel: wedges that may be errors of the drawing."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
+from masonry_opt.scene.rows import combine, lengths
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.motion import joint_motion
+from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import IDLE
+
+#: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
+#: fine arches: in a ring of 200 voussoirs the angle is 0.016. A smaller value would miss rough drawings.
+_NEARLY_PARALLEL_ANGLE = 0.01
+
+#: Angle, in radians, up to which joints are parallel except for rounding. A larger value hides wedges.
+_PARALLEL_ANGLE = 1e-9
+
+#: Rotation of a joint by alignment, in radians, above which a warning names the joint: a millimetre a metre,
+#: the accuracy of cut stones. A larger value hides real wedges that a large tolerance makes parallel. A
+#: smaller value warns more often.
+_NAMED_TURN = 1e-3
+
+#: Share of the friction limit above which a joint is about to slide. A smaller value names joints that carry
+#: less. A larger value misses joints at the limit in answers of interior-point solvers.
+_SHARE_OF_FRICTION_LIMIT = 0.999
+
+#: Number of joints of a block, such as a support under many blocks, above which its joints are not compared
+#: with each other. A larger value takes more memory. A smaller value misses wedges of blocks with many
+#: joints.
+_MOST_JOINTS_COMPARED = 300
+
+
+def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
+    """Yield warnings about sliding joints that are nearly parallel, or that alignment made parallel."""
+    able = _slides_without_lifting(assembly)
+    joints = assembly.joints
+    turned = np.where(able, joints.turn, 0.0)
+    if turned.max(initial=0.0) > _NAMED_TURN:
+        worst = np.flatnonzero(turned > _NAMED_TURN)
+        worst = worst[np.argsort(-turned[worst], kind="stable")]
+        values = {"turn": float(turned[worst[0]]), "tolerance": assembly.geometry.tolerance}
+        yield reason(Code.ALIGNED, pairs=assembly.pairs_of(worst), **values)
+    if solution is None or solution.d is None or solution.kind is Kind.ASSOCIATIVE:
+        return
+    one, other, angle = _nearly_parallel(assembly, able)
+    slides = joint_motion(assembly, solution).slides | _at_friction_limit(assembly, solution)
+    matters = np.flatnonzero(slides[one] | slides[other])
+    matters = matters[np.argsort(-angle[matters], kind="stable")]
+    one, other, angle = one[matters], other[matters], angle[matters]
+    if not len(one):
+        return
+    # Error in the position of a corner that is needed to turn the shorter of the two joints by the angle
+    # between them.
+    error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
+    tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
+    named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
+    values = {"angle": float(angle[0]), "tolerance": tolerance}
+    yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
+
+
+def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
+    """Return True for each joint that can slide and whose dilatancy is smaller than its friction."""
+    problem = assembly.problem
+    able = np.zeros(problem.joints, dtype=bool)
+    able[problem.sliding] = problem.dilatancy < problem.friction
+    return assembly.most_of_joints(able).astype(bool)
+
+
+def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
+    """Return True for each joint whose shear is at the limit of friction while it is pressed."""
+    problem = assembly.problem
+    limited = np.zeros(problem.joints, dtype=bool)
+    if solution.q is not None:
+        sliding, n = problem.sliding, problem.normal_forces(solution.q)
+        shear = np.hypot.reduce(np.abs(problem.shears(solution.q)), axis=0)[sliding]
+        pressed = n[sliding] > IDLE * np.abs(n).max(initial=0.0)
+        limit = problem.friction * n[sliding] + problem.cohesion
+        limited[sliding] = pressed & (shear >= _SHARE_OF_FRICTION_LIMIT * limit)
+    return assembly.most_of_joints(limited).astype(bool)
+
+
+def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pairs of joints of one movable block that are nearly parallel, and the angles between them."""
+    joints, chosen = assembly.joints, np.flatnonzero(able)
+    block, joint = np.concatenate([joints.first[chosen], joints.second[chosen]]), np.tile(chosen, 2)
+    order = np.argsort(block, kind="stable")
+    block, joint = block[order], joint[order]
+    count = np.bincount(block, minlength=len(assembly.scene.blocks))
+    first = np.cumsum(count) - count
+    compared = assembly.movable[count[assembly.movable] <= _MOST_JOINTS_COMPARED]
+    _, one, other = combine(first[compared], count[compared], first[compared], count[compared])
+    one, other = joint[one], joint[other]
+    pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
+    one, other = pairs.reshape(-1, 2).T
+    along = (joints.normal[one] * joints.normal[other]).sum(axis=1)
+    angle = lengths(joints.normal[one] - along[:, None] * joints.normal[other])
+    near = (angle > _PARALLEL_ANGLE) & (angle < _NEARLY_PARALLEL_ANGLE)
+    return one[near], other[near], angle[near]

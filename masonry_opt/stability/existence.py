@@ -1,0 +1,335 @@
+"""Prove that no load factor exists, and name the reasons why an analysis ended without one.
+
+Branch and cut on the moving faces shows that no mechanism goes with a state of equilibrium. In a Coulomb
+state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices of moving
+faces. Their Farkas multipliers name the few faces that cause the contradiction, which are combinatorial
+Benders cuts (Codato & Fischetti 2006):
+
+- faces that cannot come to yield together;
+- faces of which at least one must move.
+
+If the cuts exclude every choice, no Coulomb state exists. Each cut is certified from the matrices.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_exact import CvxpyMotion, CvxpyNoForces, CvxpyNoMotion
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem, in_units_of_load
+from masonry_opt.solution.acceptance import PROOF
+from masonry_opt.solution.answer import (
+    Existence,
+    InfeasibilityCertificate,
+    kinematic_residual,
+    ray_residuals,
+    static_residual,
+)
+from masonry_opt.solution.motion import moving_names
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import LISTED_JOINT_SHARE
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Solver, Verdict
+from masonry_opt.stability.diagnosis import locking_joints
+
+#: Largest number of joints for which rays (forces that carry the live load alone) are computed.
+_RAYS_UP_TO = 2000
+
+#: Largest number of joints for which branch and cut is tried.
+_CUTS_UP_TO = 100
+
+#: Product of the numbers of programs and joints at which branch and cut is given up. Random scenes in which
+#: joints jam need 5 to 400 programs, and some up to 3300.
+_MOST_WORK = 120_000
+
+#: Name in a result's ``solvers`` for programs on the existence of a load factor.
+_EXISTENCE_PURPOSE = "existence"
+
+#: Rate above which a face counts as moving if the live load does the work Σ|f_L|. The value affects no proof,
+#: because the residual of each cut is at most ``PROOF``.
+_MOVING_RATE = 1e-9
+
+#: Share of the largest Farkas multiplier above which a face belongs to a cut.
+_TO_BLAME = 1e-9
+
+#: Number of latest cuts that are counted to choose the next face for branching.
+_OF_LATE = 200
+
+#: State of a face in a choice of moving faces: not yet decided.
+_OPEN = -1
+
+#: State of a face in a choice of moving faces: the face does not move.
+_RESTING = 0
+
+#: State of a face in a choice of moving faces: the face moves and is at yield.
+_MOVING = 1
+
+
+class _Undecided(Exception):
+    """Signal that no proof is found.
+
+    A choice is not refuted, the residual of a cut is too large, or too many programs were solved.
+    """
+
+
+class Cuts:
+    """Branch and cut that excludes Coulomb states with λ ≥ 0, for a stable scene in units of its load.
+
+    A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
+    The search for cuts solves at most ``most_programs`` linear programs.
+
+    Attributes
+    ----------
+    exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
+    residual: largest residual of the conditions of a cut.
+    static: number of sets of faces that cannot all be at yield in one state.
+    kinematic: number of sets of faces of which one moves in every mechanism that lets the live load do work.
+    """
+
+    def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
+        self.problem, self.effort = problem, effort
+        self._most_programs = effort.lp_solves + most_programs
+        self._motion, self._no_motion = CvxpyMotion(problem), CvxpyNoMotion(problem, problem.dilatancy)
+        self._no_forces = CvxpyNoForces(problem)
+        self._mechanisms, self._kinematics, self._statics = (
+            HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
+            for model in (self._motion, self._no_motion, self._no_forces)
+        )
+        # One matrix for each implied value: rows are cuts, and columns are faces. In every state, at least
+        # one face of a cut has the implied value. There are at most as many cuts as programs.
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
+        self._count = {_RESTING: 0, _MOVING: 0}
+        self.residual, self.exclude = 0.0, False
+        with suppress(_Undecided):
+            self._refute(np.full(problem.faces, _OPEN))
+            self.exclude = True
+        self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
+
+    def _refute(self, choice: np.ndarray) -> None:
+        """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
+        branch = self._branch(choice)
+        while branch is not None:
+            # Try the branch with the face at yield first, because few states of equilibrium agree with it.
+            choice[branch] = _MOVING
+            self._refute(choice.copy())
+            choice[branch] = _RESTING
+            branch = self._branch(choice)
+
+    def _branch(self, choice: np.ndarray) -> int | None:
+        """Return the face for the next branching; None if no Coulomb state has the chosen moving faces.
+
+        All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
+        move and be at yield in one state.
+        """
+        while self._follows(choice):
+            moving = choice == _MOVING
+            if moving.any() and self._static_cut(moving) is not None:
+                return None
+            rates = self._mechanism(choice)
+            if rates is None:
+                self._kinematic_cut(choice == _RESTING)
+                return None
+            cut = self._static_cut(moving | (rates > _MOVING_RATE))
+            if cut is None:
+                raise _Undecided  # the moving faces can be at yield in one state
+            open_faces = [face for face in cut if choice[face] == _OPEN]
+            if len(open_faces) > 1:
+                # The search ends soonest if it branches on the face that most of the latest cuts contain.
+                blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
+                return max(open_faces, key=lambda face: (blame[face], rates[face]))
+        return None
+
+    def _follows(self, choice: np.ndarray) -> bool:
+        """Add the values that the cuts imply to a choice; return False if the choice contradicts a cut."""
+        changed = True
+        while changed:
+            changed = False
+            for implied, count in self._count.items():
+                rows = self._rows[implied][:count]
+                is_met = rows @ (choice == implied) > 0
+                open_counts = rows @ (choice == _OPEN)
+                if (~is_met & (open_counts == 0)).any():
+                    return False
+                forced = (choice == _OPEN) & rows[~is_met & (open_counts == 1)].any(axis=0)
+                choice[forced] = implied
+                changed |= bool(forced.any())
+        return True
+
+    def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
+        """Return the rates, shape (faces,), of a mechanism with few moving faces; None without a mechanism.
+
+        Faces that move by the choice are preferred, and faces that do not move by the choice are at rest.
+        """
+        p = self._motion.mechanism.p
+        self._mechanisms.set_most(p, np.where(choice == _RESTING, 0.0, np.inf))
+        self._mechanisms.set_costs(p, np.where(choice == _MOVING, 0.01, 1.0))
+        return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
+
+    def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
+        """Add a cut of faces that cannot all be at yield in one state, and return the faces of the cut.
+
+        The faces of the cut are among ``held``. None is returned if all faces of ``held`` can be at yield in
+        one state, or if the solver finds no optimum.
+        """
+        model = self._no_forces
+        self._statics.set_most(model.r, np.where(held, np.inf, 0.0))
+        if not self._solved(self._statics):
+            return None
+        d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
+        blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
+        self._keep(_RESTING, static_residual(self.problem, d, p - r, blamed), blamed)
+        return frozenset(np.flatnonzero(blamed).tolist())
+
+    def _kinematic_cut(self, still: np.ndarray) -> None:
+        """Add a cut of faces, all among ``still``, of which at least one moves in every mechanism."""
+        model = self._no_motion
+        self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
+        if not self._solved(self._kinematics):
+            raise _Undecided
+        q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)
+        blamed = v > _TO_BLAME * max(v.max(), 1.0)
+        self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
+
+    def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
+        """Store a cut: in every state one of the faces ``blamed`` has the value ``implied``.
+
+        Raises _Undecided if the residual is too large for a proof.
+        """
+        if not residual <= PROOF:
+            raise _Undecided
+        self.residual = max(self.residual, residual)
+        self._rows[implied][self._count[implied], blamed] = 1.0
+        self._count[implied] += 1
+
+    def _solved(self, session: HighsSession) -> bool:
+        """Return True if the program has an optimum. Raises _Undecided after too many programs."""
+        if self.effort.lp_solves >= self._most_programs:
+            raise _Undecided
+        return session.solve() is Verdict.OPTIMAL
+
+
+def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
+    """Return the certificate on the existence of a load factor of a stable scene; None if not tried.
+
+    None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
+    An associative load factor depends on statics alone.
+    """
+    if problem.joints > _RAYS_UP_TO:
+        return None
+    effort.begins("is there a load factor at all?")
+    own = effort.beside()
+    certificate = _proof(in_units_of_load(problem).problem, own, of_mechanism)
+    effort.add("solve", own.seconds["solve"])
+    return certificate
+
+
+def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
+    """Return the certificate on the existence of a load factor, for a problem in units of its load."""
+    # If dilatancy falls with stress, mechanisms of every smaller dilatancy are possible.
+    dilatancy_falls = problem.dilatancy_depends_on_stress
+    own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
+    against_mechanisms = _ray(problem, own_flow, effort)
+    if against_mechanisms:
+        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
+    ray = _ray(problem, problem.friction, effort)
+    if ray is None:
+        # Equilibrium and yield limit λ, so an associative load factor exists. The method failed, and there is
+        # nothing to prove.
+        return InfeasibilityCertificate(Existence.UNDECIDED)
+    certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
+    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
+    if opposite:
+        n = problem.normal_forces(ray[0] + opposite[0])
+        order = np.argsort(-n, kind="stable")
+        stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
+        certificate = replace(certificate, clamped=stressed)
+    # In space the faces of cuts are sides of polygons inside the friction cones, so cuts prove nothing about
+    # the cones.
+    has_cones = problem.by_cone.by_friction.conic
+    if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
+        return certificate
+    cuts = Cuts(problem, _MOST_WORK // problem.joints, effort)
+    if not cuts.exclude:
+        return certificate
+    certificate = replace(certificate, existence=Existence.NO_STATE, cut_residual=cuts.residual)
+    return replace(certificate, static_cuts=cuts.static, kinematic_cuts=cuts.kinematic)
+
+
+def _ray(
+    problem: Problem, slope: np.ndarray, effort: Effort
+) -> tuple[np.ndarray, tuple[float, float]] | None:
+    """Return joint forces, shape (3c,), that carry the live load alone, and their residuals.
+
+    Shear is limited by a slope, shape (k,), without cohesion. None is returned if no forces are found, or if
+    their residuals are too large for a proof.
+    """
+    model = CvxpyNoMotion(problem, slope)
+    session = HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
+    session.set_most(model.v, np.zeros(problem.faces))
+    if session.solve() is not Verdict.OPTIMAL:
+        return None
+    q = session.values(model.q)
+    residuals = ray_residuals(problem, q, slope)
+    return (q, residuals) if max(residuals) <= PROOF else None
+
+
+def explained(
+    assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
+) -> Solution:
+    """Return a solution without a load factor, extended by the reasons why no load factor was found.
+
+    The reasons name the proof that no load factor exists, if there is one, and the joints that keep the live
+    load from causing collapse. ``associative`` is True if the method's answer is that of associative flow.
+    """
+    certificate = solution.infeasibility
+    if certificate is None:
+        if solution.associative is None or associative:
+            certificate = existence(assembly.problem, effort, of_mechanism=not associative)
+        else:
+            # An associative load factor exists, so forces do not carry every multiple of the live load.
+            certificate = InfeasibilityCertificate(Existence.UNDECIDED)
+        solution = replace(solution, infeasibility=certificate)
+    if certificate and not associative:
+        if solution.status is not Status.UNSTABLE:
+            solution = _as_proven(solution, certificate)
+        if certificate.clamped:
+            pairs = assembly.pairs(np.array(certificate.clamped))
+            solution = solution.telling(reason(Code.CLAMPED, pairs=pairs))
+    locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
+    if not len(locking):
+        return solution
+    return solution.telling(reason(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking)))
+
+
+def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
+    """Return a solution whose load factor is removed, with the reason for the removal.
+
+    If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
+    Otherwise only wedging keeps the scene stable.
+    """
+    if rests:
+        without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)
+        if solution.load_factor is not None:
+            without = replace(without, below_zero=solution.load_factor)
+        if solution.peak is None:
+            return without
+        # The load history first reached load factors that the scene carries, so its reasons remain valid.
+        of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
+        return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
+    moving = [] if solution.d is None else moving_names(assembly, solution.d)
+    return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
+
+
+def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
+    """Return a solution with the status and the reasons that follow from a certificate."""
+    if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+        return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
+    if certificate.existence is Existence.NO_STATE:
+        cuts = {"static_cuts": certificate.static_cuts, "kinematic_cuts": certificate.kinematic_cuts}
+        return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_COLLAPSE, **cuts))
+    is_unbounded = certificate.existence is Existence.UNBOUNDED
+    return solution.telling(reason(Code.CARRIES_ANY)) if is_unbounded else solution

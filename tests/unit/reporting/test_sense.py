@@ -1,0 +1,342 @@
+"""What looks unintended in a scene is told, and what does not is not."""
+
+import json
+from dataclasses import replace
+from math import inf
+
+import pytest
+from atlas.small_scenes import rectangle
+from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.sentences import message, sentences
+from masonry_opt.solution.frames import tie_frame
+from masonry_opt.solution.reasons import Code, reason
+from masonry_opt.solution.sense import warnings_of
+
+#: Façades of ten to a hundred thousand joints.
+LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
+
+
+def warned(scene, code):
+    """The values of the warnings with that code."""
+    return [warning.values for warning in warnings_of(assemble(scene), None) if warning.code is code]
+
+
+def with_blocks(scene, *blocks):
+    return scene.replace(blocks=[*scene.blocks, *blocks])
+
+
+def row(*weights, **of_first):
+    """Unit cubes of those weights in a row on a floor, with a gap between them, the first pushed along."""
+    cubes = [
+        rectangle(f"{n}", 2 * n, 0, 2 * n + 1, 1, weight=weight, **({} if n else of_first))
+        for n, weight in enumerate(weights)
+    ]
+    floor = rectangle("floor", -1, -1, 2 * len(weights), 0)
+    return mo.Scene(joints={"friction": 0.5}, blocks=[*cubes, floor])
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, marks=pytest.mark.slow if path.stem in LARGE else ()) for path in ALL_CASES]
+)
+def test_no_case_is_warned_of(path):
+    assert warnings_of(assemble(mo.load(path)), None) == ()
+
+
+@pytest.mark.parametrize("kind", ["ties", "props"])
+def test_a_support_in_which_a_tie_or_prop_ends_is_not_idle(kind):
+    above = rectangle("above", 0, 5, 1, 6)
+    scene = with_blocks(block_on_floor(), above)
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["above"]}]
+    strut = {"ties": mo.Tie, "props": mo.Prop}[kind](between=("A", "above"), at=((0.5, 1.9), (0.5, 5.1)))
+    assert warned(scene.replace(**{kind: [strut]}), Code.IDLE_SUPPORTS) == []
+
+
+@pytest.mark.parametrize(("friction", "told"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
+def test_friction_in_degrees(friction, told):
+    expected = [{"friction": friction, "pairs": []}] if told else []
+    assert warned(block_on_floor(friction=friction), Code.FRICTION_HIGH) == expected
+    named = two_blocks().replace(exceptions=[mo.Joint(between=("B", "support"), friction=friction)])
+    expected = [{"friction": friction, "pairs": [["B", "support"]]}] if told else []
+    assert warned(named, Code.FRICTION_HIGH) == expected
+
+
+@pytest.mark.parametrize(("dilatancy", "told"), [(0.5, False), (-0.5, False), (-0.51, True), (-5.0, True)])
+def test_contraction_that_friction_does_not_resist(dilatancy, told):
+    scene = small_wall(2, 2, friction=0.5, dilatancy=dilatancy)
+    expected = [{"dilatancy": dilatancy, "friction": 0.5, "pairs": []}] if told else []
+    assert warned(scene, Code.DILATANCY_LOW) == expected
+    # By a joint's own friction, below the dilatancy that it shares with all.
+    less = [mo.Joint(between=("A", "floor"), friction=0.1)]
+    scene = block_on_floor().replace(friction=0.5, dilatancy=-0.3, exceptions=less)
+    values = {"dilatancy": -0.3, "friction": 0.1, "pairs": [["A", "floor"]]}
+    assert warned(scene, Code.DILATANCY_LOW) == [values]
+
+
+def test_supports_that_touch_nothing():
+    """A fixed block that only another fixed one touches bears nothing; ground below a fill bears it."""
+    scene = with_blocks(block_on_floor(), rectangle("idle", 2, 5, 3, 6), rectangle("below", -5, -2, 6, -1))
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["idle", "below"]}]
+    assert warned(block_on_floor(), Code.IDLE_SUPPORTS) == []
+    scene = with_blocks(block_on_floor(), rectangle("ground", 6, -1, 15, 0))
+    fill = mo.Fill(road=[(0, 3), (15, 3)], unit_weight=18, pressure=False)
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["ground"]}]
+    assert warned(scene.replace(fills=[fill]), Code.IDLE_SUPPORTS) == []
+
+
+#: Diagonal of the box round the block on a floor, 11 by 3.
+SIZE = 130**0.5
+
+
+@pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
+def test_blocks_far_from_all_others(times, told):
+    """A support, and a block on a floor of its own: from the right end of the first floor, at x = 6."""
+    left = 6 + times * SIZE
+    alone = rectangle("far", left, 0, left + 1, 1)
+    group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
+    for blocks in ([alone], group):
+        found = warned(with_blocks(block_on_floor(), *blocks), Code.FAR_AWAY)
+        assert [values["blocks"] for values in found] == ([[block.name for block in blocks]] if told else [])
+        if told:
+            assert found[0]["distance"] == pytest.approx(times * SIZE)
+            assert found[0]["size"] == pytest.approx(SIZE)
+    # Two floors 9 apart, one of them tiny: far for the tiny one alone.
+    tiny = [rectangle("B", 15, 0, 15.1, 0.1, weight=1), rectangle("its floor", 15, -0.1, 15.1, 0)]
+    assert warned(with_blocks(block_on_floor(), *tiny), Code.FAR_AWAY) == []
+
+
+@pytest.mark.parametrize(
+    ("shaped", "quantity"),
+    [
+        (lambda scene: scene, "weight per area"),
+        (lambda scene: scene.replace(thickness=0.5), "unit weight"),
+        (mo.extrude, "unit weight"),
+    ],
+    ids=["plane", "thick", "space"],
+)
+@pytest.mark.parametrize(
+    ("weights", "names", "ratio"),
+    [
+        ((1, 1, 1, 299), [], None),
+        ((1, 1, 1, 301), ["3"], 301),
+        ((1, 1, 1, 1 / 301), ["3"], 1 / 301),
+        ((1, 500, 1, 1 / 1000), ["3", "1"], 1 / 1000),
+        ((1, 0, 0, 0), [], None),
+        ((0, 0), [], None),
+        ((1, 1000), ["1"], 1000),
+    ],
+)
+def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
+    found = warned(shaped(row(*weights, live=(1, 0))), Code.WEIGHTS_DIFFER)
+    assert [values["blocks"] for values in found] == ([names] if names else [])
+    if names:
+        assert found[0]["ratio"] == pytest.approx(ratio)
+        assert message([reason(Code.WEIGHTS_DIFFER, **found[0])]).startswith(f"the {quantity} of ")
+
+
+@pytest.mark.parametrize(
+    ("load", "force", "told"),
+    [
+        ("live", 590, False),
+        ("live", 610, True),
+        ("live", 1e-6, False),  # a unit force, of small units
+        ("dead", 590, False),
+        ("dead", 610, True),
+        ("dead", 2 / 2900, False),
+        ("dead", 2 / 3100, True),
+    ],
+)
+def test_forces_of_other_units(load, force, told):
+    """On a block of weight 2, as the others are. A light plate may carry what the others can."""
+    found = warned(row(2, 2, 2, **{load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
+    assert [values["load"] for values in found] == ([load] if told else [])
+    if told:
+        assert found[0]["blocks"] == ["0"]
+        assert found[0]["ratio"] == pytest.approx(force / 2)
+    assert warned(row(0.001, 1, 1, live=(100.0, 0.0)), Code.FORCES_DIFFER) == []
+
+
+@pytest.mark.parametrize("load", ["live", "dead", "load"])
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [((0.5, 1.0), None), ((1.0, 2.0), None), ((1.02, 1.0), None), ((1.1, 1.0), 0.1), ((4.0, 6.0), 5.0)],
+)
+def test_forces_that_act_outside_of_their_blocks(load, point, distance):
+    """Of a block 1 by 2: in its middle, on a corner, rounded, beside it, and 3 by 4 off its corner; as the
+    block's own, and by its name."""
+    if load == "load":
+        scene, load = block_on_floor().replace(loads=[mo.Load(block="A", dead=(0, -0.1), at=point)]), "dead"
+    else:
+        scene = block_on_floor(**{"dead": (0.0, -1.0 * (load == "dead")), f"{load}_at": point})
+    found = warned(scene, Code.ACTS_OUTSIDE)
+    assert [(values["load"], values["blocks"]) for values in found] == ([(load, ["A"])] if distance else [])
+    assert [values["distance"] for values in found] == pytest.approx([distance] if distance else [])
+
+
+def test_forces_may_act_in_a_notch_and_the_farthest_is_named_first():
+    outline = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
+    notched = mo.Block(name="L", vertices=outline, weight=1, live=(1, 0), live_at=(1.5, 1.5))
+    scene = block_on_floor(live_at=(9, 1))
+    beside = rectangle("B", 5, 0, 6, 1, weight=1, live=(1, 0), live_at=(0, 0))
+    assert warned(scene.replace(blocks=[notched, scene.blocks[1]]), Code.ACTS_OUTSIDE) == []
+    # 8 and 5 away.
+    (found,) = warned(with_blocks(scene, beside), Code.ACTS_OUTSIDE)
+    assert found["blocks"] == ["A", "B"]
+
+
+def test_small_gaps_are_told_with_both_blocks_and_their_width():
+    gaps = [rectangle(name, x, 0, end, 2, weight=1) for name, x, end in (("B", 1.0002, 2), ("C", 2.0007, 3))]
+    scene = with_blocks(block_on_floor(), *gaps)
+    (found,) = warned(scene, Code.SMALL_GAPS)
+    assert found["pairs"] == [["B", "C"], ["A", "B"]]
+    assert found["widths"] == pytest.approx([0.0007, 0.0002])
+    assert warned(scene.replace(tolerance=0.001), Code.SMALL_GAPS) == []
+
+
+def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path):
+    """The load factor and the exit code stay what they are."""
+    case = tmp_path / "case.toml"
+    mo.save(with_blocks(block_on_floor(friction=35.0), rectangle("idle", 2, 5, 3, 6)), case)
+    codes = [Code.FRICTION_HIGH, Code.IDLE_SUPPORTS]
+    result = mo.solve(case)
+    assert result.load_factor == pytest.approx(0.5, rel=1e-7)
+    assert [warning.code for warning in result.warnings] == codes
+    exit_code, out, err = run_command(monkeypatch, capsys, "solve", case)
+    assert (exit_code, out.count("warning: ")) == (0, 0)
+    assert err.splitlines() == [f"warning: {sentence}" for sentence in result.warning_sentences]
+    _, out, _ = run_command(monkeypatch, capsys, "solve", case, "--json")
+    told = json.loads(out)["warnings"]
+    assert [warning["code"] for warning in told] == [str(code) for code in codes]
+    assert [warning["sentence"] for warning in told] == list(result.warning_sentences)
+    assert told[0]["friction"] == 35.0
+    assert [warning.code for warning in mo.check(case).warnings] == codes
+    exit_code, out, err = run_command(monkeypatch, capsys, "check", case)
+    assert (exit_code, out.count("warning: ")) == (0, 0)
+    assert err.count("warning: ") == 2
+
+
+def on_two_tips(weight=8.0, **of_left):
+    """A slab of 4 by 1/2 on the tips of two fixed stones, 3 apart, pushed along by its weight; a third tip
+    touches its end from behind, and presses on nothing."""
+    slab = rectangle("slab", 0, 2, 4, 2.5, weight=weight, live=(weight, 0))
+    tips = {"left": [(0, 1), (1, 1), (0.5, 2)], "right": [(3, 1), (4, 1), (3.5, 2)]}
+    tips["behind"] = [(-1, 2), (0, 2.25), (-1, 2.5)]
+    stones = [mo.Block(name=name, vertices=corners, fixed=True) for name, corners in tips.items()]
+    exceptions = [mo.Joint(between=("slab", "left"), **of_left)] if of_left else []
+    return mo.Scene(joints={"friction": 0.5}, blocks=[slab, *stones], exceptions=exceptions)
+
+
+@pytest.mark.parametrize(
+    ("method", "weight"), [("coulomb", 8.0), ("static", 8.0), ("static", 8e6), ("nonassociative", 8e6)]
+)
+def test_corners_that_press_where_strength_is_limited(method, weight):
+    """It slides at λ = μ. About the middle below, its centroid 1/4 above: n₂ − n₁ = μ W/4 / (3/2)."""
+
+    def told(scene):
+        result = mo.solve(scene, method)
+        assert result.required() == pytest.approx(0.5, rel=1e-3)
+        return [warning.values for warning in result.warnings if warning.code is Code.CORNERS_BEAR]
+
+    left, right = weight * (1 / 2 - 1 / 24), weight * (1 / 2 + 1 / 24)
+    (values,) = told(on_two_tips(weight).replace(strength=100.0))
+    assert [set(pair) for pair in values["pairs"]] == [{"slab", "right"}, {"slab", "left"}]
+    assert values["normal_forces"] == pytest.approx([right, left], rel=1e-3)
+    (values,) = told(on_two_tips(weight, strength=100.0))
+    assert values["normal_forces"] == pytest.approx([left], rel=1e-3)
+    assert told(on_two_tips(weight)) == []
+
+
+#: A bridge of unit weight 22 with a fill and its backing, by the unit weights of both.
+def filled(fill, backing, masonry=22.0, thickness=1.0):
+    cubes = [mo.Block(name=f"{n}", vertices=square(n), unit_weight=masonry) for n in range(2)]
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (3, -1), (3, 0), (-1, 0)], fixed=True)
+    above = mo.Backing(line=[(0, 1.5), (2, 1.5)], unit_weight=backing)
+    earth = mo.Fill(road=[(0, 3), (2, 3)], unit_weight=fill, pressure=False, backing=above)
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[*cubes, floor], fills=[earth], thickness=thickness)
+    return scene.replace(loads=[mo.Load(block="0", live=(1, 0))])
+
+
+def square(left):
+    return [(left, 0), (left + 1, 0), (left + 1, 1), (left, 1)]
+
+
+@pytest.mark.parametrize("thickness", [0.5, 7.8])
+@pytest.mark.parametrize(
+    ("fill", "backing", "masonry", "expected"),
+    [
+        (18.0, 20.0, 22.0, []),
+        (18000.0, 20.0, 22.0, [(False, 18000.0, "blocks", 22.0)]),
+        (18.0, 20000.0, 22.0, [(True, 20000.0, "blocks", 22.0)]),
+        (18.0, 20.0, 22000.0, [(False, 18.0, "blocks", 22000.0), (True, 20.0, "blocks", 22000.0)]),
+        (18.0, 20000.0, 0.0, [(True, 20000.0, "fill", 18.0)]),
+        (18.0, 20.0, 0.0, []),
+    ],
+)
+def test_fill_of_another_unit_than_the_blocks(fill, backing, masonry, expected, thickness):
+    found = warned(filled(fill, backing, masonry, thickness), Code.FILL_WEIGHT_DIFFERS)
+    keys = ("backing", "unit_weight", "beside", "other")
+    assert [tuple(values[key] for key in keys) for values in found] == [
+        (*values[:3], pytest.approx(values[3])) for values in expected
+    ]
+    assert all(values["fill"] == 1 for values in found)
+
+
+def test_a_warning_of_units_names_both_values():
+    (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
+    assert sentence == (
+        "the unit weight of fill no. 1 is 18000, but that of the blocks is 22: use the same unit for both"
+    )
+    (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
+    assert sentence == (
+        "the strength of tie 'rod' is 20, but the median weight of a block is 1e+08: use the same unit for "
+        "forces and weights"
+    )
+
+
+def tied(strength, weight, prestress=0.0):
+    rod = mo.Tie(
+        between=("0", "ground"), at=[(0, 0.5), (-9, 0.5)], strength=strength, prestress=prestress, name="rod"
+    )
+    return row(weight, weight, live=(weight, 0.0)).replace(ties=[rod])
+
+
+@pytest.mark.parametrize(
+    ("strength", "prestress", "expected"),
+    [
+        (1 / 2999, 0.0, []),
+        (1 / 3001, 0.0, [("strength", 1 / 3001, 1.0)]),
+        (599.0, 0.0, []),
+        (601.0, 0.0, [("strength", 601.0, 2.0)]),
+        (None, 0.0, []),
+        (None, 601.0, [("prestress", 601.0, 2.0)]),
+        (1.0, 1 / 3001, [("prestress", 1 / 3001, 1.0)]),
+    ],
+)
+def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
+    """Beside two blocks of weight 1: less than 1/3000 of one, or more than 300 times both."""
+    found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
+    assert [(values["key"], values["value"], values["weight"]) for values in found] == [
+        (key, value, pytest.approx(weight)) for key, value, weight in expected
+    ]
+
+
+@pytest.mark.parametrize("method", ["static", "coulomb"])
+@pytest.mark.parametrize("weight", [1.0, 1e4, 1e8])
+def test_no_force_is_shown_beyond_its_limit(method, weight):
+    """A solver is as exact as the largest forces of a scene are large: 20.023 for a strength of 20."""
+    result = mo.solve(tied(20.0, weight), method)
+    assert result.ties["force"].tolist() == [20.0]
+    assert "yields at 20" in str(result)
+    assert "yields at 20.0" not in str(result)
+
+
+def test_a_force_that_violates_its_limit_is_shown_as_it_is():
+    result = mo.solve(tied(20.0, 10.0), "static")
+    q = result.solution.q.copy()
+    q[-1] *= 1.01  # the tie's
+    found = replace(result.solution.found, q=q)
+    frame = tie_frame(result.assembly, replace(result.solution, found=found), Role.TIE)
+    assert frame["force"].tolist() == pytest.approx([20.2])
