@@ -48,7 +48,7 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Return a solution without its history, as the start of an analysis of the same problem.
+    """Check that a solution belongs to a problem, and return it without its history, as a start.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """

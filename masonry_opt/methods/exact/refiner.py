@@ -46,10 +46,10 @@ class ExactState:
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
-    #: Dual variable of z = 0 of each moving face; it shows how strongly the face keeps λ from falling, shape
-    #: (faces,).
+    #: Dual variable of the condition z = 0 of each moving face, shape (faces,): the larger it is, the more
+    #: the condition keeps λ from decreasing.
     strength: np.ndarray
-    #: Negative λ of a lower state to which this state leads; infinite without such a state.
+    #: Negative load factor of another state that was found from this state; infinite without such a state.
     below: float = inf
 
     exact = Of[bool]("answer")
@@ -107,15 +107,15 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise OutOfTime
-        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
-        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count such programs.
+        #: Number of programs, since λ was last lowered, that the solver neither solved nor proved infeasible.
+        #: If the number is not zero, a state with a lower load factor may have been missed. None if the
+        #: finder does not count such programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces, which is solved repeatedly
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None without such a state."""
+        """Return the exact state found from joint forces, shape (3c,); None if no state is found."""
 
     @property
     def seconds_left(self) -> float:
@@ -146,7 +146,7 @@ class Refiner(StateFinder):
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return rates p, shape (faces,), and velocities, shape (3b,), of the mechanism of least cost·p.
+        """Return rates p (faces,) and velocities (3b,) of the mechanism that minimises cost · p.
 
         This is program (a). The banned faces are at rest. None is returned if there is no mechanism.
         """
@@ -170,7 +170,7 @@ class Refiner(StateFinder):
         return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None without such a state.
+        """Return the exact state found from joint forces, shape (3c,); None if no state is found.
 
         The first state is on the mechanism that goes with the forces. Lower states on other mechanisms follow
         until λ falls no more, or would fall to zero.
@@ -190,7 +190,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that programs (a) and (b) find from forces, shape (3c,); None without a state.
+        """Return the state that programs (a) and (b) find from forces (3c,); None if they find no state.
 
         If no forces bring the whole support to yield, the next attempt starts from the forces that come
         nearest to yield, with least z·p.
