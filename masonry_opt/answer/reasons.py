@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Status(StrEnum):
-    """Status of an analysis at its end; only the first two statuses come with a load factor."""
+    """Status in which an analysis ended. Only the first two statuses have a load factor."""
 
     OPTIMAL = "optimal"
     CONVERGED = "converged"
@@ -252,7 +252,7 @@ class Reason:
     """Reason or warning: a code, and the values that its message needs."""
 
     code: Code  #: the code
-    #: Values under the names in the comments of ``Code``.
+    #: Values of the reason by name; the comments in ``Code`` describe them.
     values: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
@@ -266,5 +266,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of ``joints`` of a problem (in space, of ``contacts``) as a value of a reason."""
+    """Return the number of ``joints`` (in space, ``contacts``) of a problem, for the values of a reason."""
     return {problem.layout.called: problem.joints}

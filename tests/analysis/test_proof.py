@@ -308,15 +308,15 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a kinematic clause without one of its conditions": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "outweighs",
+        "too large a residual",
     ),
     "a motion that is bent": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
-        "outweighs",
+        "too large a residual",
     ),
     "forces that are bent": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
-        "outweighs",
+        "too large a residual",
     ),
     "multipliers turned around": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),
@@ -345,11 +345,11 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "senses that are none": (
         lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not of one joint",
+        "not both senses of one joint",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
-        "no numbers",
+        "not numbers",
     ),
     "a condition that does not exist": (
         lambda proof: with_conflict(proof, StaticConflict, lambda _: {"conditions": np.array([10**6])}),

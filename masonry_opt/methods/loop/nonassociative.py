@@ -22,7 +22,7 @@ class Shortfall(StrEnum):
     """Reasons to reject the load factor of a converged run as long as untried remedies remain."""
 
     INEXACT = "converged to no exact state"
-    ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
+    ROUGH = "converged to a large tolerance; the flow rule has no influence"
 
 
 #: Failures of a run: a status without convergence, or a shortfall of a converged run.
