@@ -80,7 +80,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of ``other`` that differ from ``run`` as text, such as "tie.strength = 40"."""
+    """Return the values of ``other`` that differ from those of ``run``, as in "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 

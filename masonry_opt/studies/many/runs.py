@@ -231,7 +231,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Remove the journal rows that were added within the context, if none of the runs was solved."""
+    """Within a context: if none of the runs is solved, remove the journal rows that were added."""
     try:
         yield
     finally:
@@ -298,7 +298,7 @@ def framed(
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
-    """Raise OptionError if a file is not a table of runs, or has runs that are not repeated now."""
+    """Raise OptionError if a file is not a table of runs, or has runs that would be lost."""
     if not path.exists():
         return
     try:
