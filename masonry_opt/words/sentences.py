@@ -74,7 +74,7 @@ def message(reasons: Sequence[Reason], method: str = "") -> str:
 
 
 def sentences(reasons: Sequence[Reason], method: str = "") -> tuple[str, ...]:
-    """Return a sentence for each reason that a result gives.
+    """Return the sentences that describe the reasons of a result, one for each reason.
 
     ``method`` is the name of the method that ended for these reasons; "" if it is not known.
     """
@@ -89,7 +89,7 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice for the loop of linear programs; other methods get the advice to use the loop first."""
+    """Return advice on the loop of linear programs; after another method, first advise to use the loop."""
     return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
 
 
@@ -153,7 +153,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """State that only wedging carries the dead load, with the load factor and advice."""
+    """State that only wedged joints carry the dead load, with the load factor and advice."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -209,7 +209,7 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """State that the loop was run again with other options, and if no run converged."""
+    """State that the loop was run again with other options, and whether any run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
@@ -231,7 +231,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """State that the load history led to no collapse state, and which option or method looks for one."""
+    """State that the load history led to no collapse state; name an option or method that looks for one."""
     steps = counted(v["steps"], "step")
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
@@ -243,13 +243,13 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 def _bracket(v: dict[str, Any]) -> str:
     """Return the bounds of the least load factor as inequalities."""
-    # Bounds below zero are zero but for rounding. Adding 0.0 removes the sign of a negative zero.
+    # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return text on the limits of rates and forces that method "global" assumes."""
+    """Return text on the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces up to ten times all loads"] if v["forces"] else []
     return f"{' and '.join(limits)}, limits that had to be assumed"
