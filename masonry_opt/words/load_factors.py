@@ -259,9 +259,7 @@ def _state(result: Outcome) -> str:
     if not above and "polygon" in result.friction_law:
         return f"collapse state with friction {friction_law(result)}"
     named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
-    return (
-        f"collapse state, but its residuals are too large to be exact{f' ({named})' if named else ''}"
-    )
+    return f"collapse state, but its residuals are too large to be exact{f' ({named})' if named else ''}"
 
 
 def _starts(result: Outcome) -> str:

@@ -315,10 +315,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: (
-        "the load factor of the loop exceeded the associative one by {by:.1e}; the latter is reported"
+        "the load factor of the loop exceeded the associative one by {by:.1e}; the associative one is given"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
-        "the associative answer already obeys the joints' own flow rule; to look for a lower one, "
+        "the associative answer already obeys the joints' own flow rule; to look for a lower load factor, "
         + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (
@@ -347,7 +347,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: _undecided_history,
     Code.CARRIES_MORE: lambda v: (
         f"as the live load grows from rest, it reaches λ = {numeral(v['carried'], '.6g')} without a "
-        "collapse: a lower collapse state exists, but the load history does not lead to it"
+        "collapse: a collapse state with a lower λ exists, but the load history does not lead to it"
     ),
     Code.DILATANCY_FALLS: (
         "not computed, because dilatancy falls with stress: only the loop of linear programs can follow it"
@@ -390,7 +390,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "equilibrium does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
-        f"lower states were searched for from {counted(v['candidates'], 'start')}"
+        f"states with a lower λ were searched for from {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",
@@ -414,7 +414,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
     Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
-    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: change 'steps'",
+    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
     Code.FRICTION_HIGH: friction_high,
     Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (

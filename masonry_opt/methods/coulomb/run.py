@@ -31,7 +31,7 @@ class CoulombRun:
 
     Attributes
     ----------
-    seeks_lower: True if lower states are looked for once an exact state is known.
+    seeks_lower: True if states with a lower load factor are searched for once an exact state is known.
     incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.

@@ -134,7 +134,7 @@ class FurtherStarts:
         return run.problem.layout.round or run.problem.joints <= self.settings.small
 
     def run(self, run: CoulombRun) -> None:
-        """Look for lower states."""
+        """Look for states with a lower load factor."""
         assert run.incremental is not None
         run.effort.begins("further starts")
         if run.problem.layout.round:

@@ -208,7 +208,7 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state; None if no lower state is found.
+        """Return a state with a lower λ than the given state; None if no such state is found.
 
         Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
         each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism

@@ -37,8 +37,8 @@ class SearchSettings:
     weights_in_space: tuple[float, ...] = (3.0, 10.0, 30.0, 1e2, 1e4)
 
     #: Number of contacts in space above which the default method takes only one additional start, from the
-    #: forces of the lowest state. With more contacts, starts from random forces would take longer than all
-    #: other steps.
+    #: forces of the state with the lowest load factor. With more contacts, starts from random forces would
+    #: take longer than all other steps.
     most_contacts: int = 250
 
     #: Largest number of joints in the plane for which linear programs are solved by the simplex method. On
@@ -46,8 +46,8 @@ class SearchSettings:
     #: steps.
     simplex_up_to: int = 500
 
-    #: Share of the active yield conditions that a start near the lowest state releases; at least one is
-    #: released. A larger share leads to states that differ more.
+    #: Share of the active yield conditions that a start near the known state of lowest λ releases; at least
+    #: one condition is released. With a larger share the states found differ more.
     released_share: float = 0.02
 
     #: Standard deviation of the logarithm of the random factors on the loads of each block, for starts of

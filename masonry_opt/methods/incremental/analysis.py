@@ -214,7 +214,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Raise the load until the blocks are in equilibrium or collapse."""
+        """Apply a larger load factor, and record whether the blocks come to equilibrium or collapse."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -310,7 +310,7 @@ class _LoadRaising:
             self._reach((self.carried + self.unreached) / 2)
 
     def _is_close(self, load_factor: float, larger: float) -> bool:
-        """Return True if two load factors differ by the tolerance at most."""
+        """Return True if two load factors differ by no more than the tolerance."""
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:

@@ -35,7 +35,7 @@ from masonry_opt.problem.problem import Problem
 def mean_force_and_compliance(
     problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the mean contact force under the dead load, and the compliance of each force, shape (3c + t,).
+    """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
 
     Under the mean force a joint of mean length, in space of mean area, closes by one unit. The stiffness
     grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
@@ -56,7 +56,8 @@ def mean_force_and_compliance(
 class Response:
     """Forces of the contacts under trial forces: m columns for the joints and the limited forces (ties)."""
 
-    #: N₁, n₂ and s (in space n, s and t) of each joint; limited forces in the last row; shape (3, m).
+    #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m); limited forces are in the last
+    #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` (first axis) by trial forces (second), shape (3, 3, m)
     #: Trial forces from which the next step starts, without the slip so far, shape (3, m).

@@ -204,7 +204,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the displacement beyond which the blocks have collapsed under a load (3b,)."""
+        """Return the displacement beyond which blocks count as collapsed under a load (3b,)."""
         return self.settings.far * max(1.0, self.size(load))
 
     def _negligible(self, load: np.ndarray) -> float:

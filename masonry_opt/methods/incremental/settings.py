@@ -61,8 +61,8 @@ class IncrementalSettings:
     #: larger number they take longer.
     motion_solves: int = 1000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
-    #: fewer solves more collapses in space, where directions of slip change, have no exact state; with more
-    #: solves collapses without an exact state take longer.
+    #: fewer solves an exact state is found for fewer collapses in space, where directions of slip change;
+    #: with more solves collapses without an exact state take longer.
     exact_solves: int = 4
     #: Blocks can move without moving any joint if contacts that all stick leave more than this share of the
     #: unbalanced forces unresisted. With a smaller share rounding errors may look like such a motion; with a

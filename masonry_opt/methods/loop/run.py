@@ -170,7 +170,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with this sub-problem, else None.
+        """Return the solution of the run if the run ends with this sub-problem; otherwise return None.
 
         A run ends in one of these cases:
 
@@ -259,7 +259,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if the last values are positive and each exceeds the one before by ``rise``."""
+        """Return True if the last values are positive and each exceeds the last one by a share ``rise``."""
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
@@ -339,6 +339,6 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    """Return the answer of forces and velocities if both form one collapse state, else None."""
+    """Return an answer from forces and velocities if they form one collapse state; otherwise return None."""
     answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -32,7 +32,7 @@ class SubProblem:
     solved: Solved  #: status and time of the solver
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
-    alpha: float  #: α of the shear limits; NaN for the first sub-problem, which has no α
+    alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
     small_cohesion: np.ndarray  #: small cohesion c⁰ in the shear limits of the program, shape (k,)
     stands_still: bool  #: True if the relative change of λ is below option ``tol`` (step 3)
 

@@ -310,7 +310,7 @@ class Sample(StudyAnswer):
             if row["upper"] < 0 and is_limit(parameter):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
-                reason = "larger values weaken the scene, or lower states were missed at smaller values"
+                reason = "larger values weaken the scene, or lower λ were missed at smaller values"
                 sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
