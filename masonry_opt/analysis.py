@@ -223,17 +223,19 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     refuse_without_live_load(assembly)
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")
+        raise OptionError(
+            f"{scene.origin}: its blocks are solids, which {named} does not support: use another"
+        )
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
-    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or leave 'dilatancy_stress' out"
-    strength = "joints of limited strength: use another, or leave 'strength' out"
+    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
+    strength = "joints of limited strength: choose another method, or omit 'strength'"
     for feature, is_present, sentence in (
         ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
-        ("forces", problem.matrices.limited, f"forces of {roles}: use another, or leave these out"),
+        ("forces", problem.matrices.limited, f"forces of {roles}: choose another method, or omit them"),
         ("strength", len(problem.crushing), strength),
     ):
         if is_present and feature in method.refuses:
-            raise OptionError(f"{named} does not know {sentence}")
+            raise OptionError(f"{named} does not support {sentence}")
 
 
 def _without_live_load(scene: Scene) -> str:

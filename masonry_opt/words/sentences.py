@@ -227,7 +227,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
         "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
     )
-    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for their collapse"
+    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for a collapse state"
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
@@ -235,10 +235,12 @@ def _undecided_history(v: dict[str, Any]) -> str:
     steps = counted(v["steps"], "step")
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
-        ended = f"{ended}, and the loop led to none"
-        return ended if v["searched"] else f"{ended}: option search=10 looks for one"
+        ended = f"{ended}, nor did the loop of linear programs"
+        return ended if v["searched"] else f"{ended}: option search=10 looks for a collapse state"
     is_history_alone = v["method"] in ("", "incremental")
-    return f"{ended}: method 'coulomb' looks for one in other ways" if is_history_alone else ended
+    return (
+        f"{ended}: method 'coulomb' looks for a collapse state in other ways" if is_history_alone else ended
+    )
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -300,7 +302,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"that exclude each other, {counted(v['kinematic_cuts'], 'set')} of which at least one must move)"
     ),
     Code.CARRIES_ANY: (
-        "proven: forces within friction carry any multiple of the live load; not proven: that no collapse "
+        "proven: forces within friction carry any multiple of the live load; not proven is that no collapse "
         "state exists, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
@@ -350,7 +352,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "collapse: a collapse state with a lower λ exists, but the load history does not lead to it"
     ),
     Code.DILATANCY_FALLS: (
-        "not computed, because dilatancy falls with stress: only the loop of linear programs can follow it"
+        "not computed, because only the loop of linear programs supports dilatancy that falls with stress"
     ),
     Code.COLLAPSE: lambda v: (
         f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
@@ -365,7 +367,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{counted(v['steps'], 'step')}"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}, because it takes long: use method 'incremental'"
+        f"not computed for {_joints_or_points(v)}, because a load history takes long: use method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"
@@ -380,7 +382,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"stiffness of contacts, {_ranged(v['stress'])} with random self-stress"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
-    Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
+    Code.LOCAL_MINIMUM: "the answer is a local minimum, with products z p of at most ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop that computes the start failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: "no relaxed program was solved: give a smaller 'epsilon', or a result as 'start'",
@@ -394,7 +396,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",
-    Code.NO_TIME: "the search ended before an exact state was found: increase its time with 'search'",
+    Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven, because the answer exceeds {_imposed(v)}",
