@@ -38,12 +38,13 @@ class Kind(StrEnum):
 class Limits:
     """Largest residuals that an answer may have, for the whole scene and for each block and joint."""
 
-    equilibrium: float  #: limit of the certificate's ``equilibrium``
-    yield_: float  #: limit of the certificate's ``yield_``
-    flow: float  #: limit of the certificate's ``flow``
-    #: Limit of the certificate's ``complementarity``, relative to |λ| or ``SMALLEST``, whichever is larger.
+    equilibrium: float  #: limit of the certificate's residual ``equilibrium``
+    yield_: float  #: limit of the certificate's residual ``yield_``
+    flow: float  #: limit of the certificate's residual ``flow``
+    #: Limit of the certificate's residual ``complementarity``, divided by |λ| or by ``SMALLEST``, whichever
+    #: is larger.
     complementarity: float
-    #: Limit of the work of unbalanced forces in units of λ, relative to |λ| or ``SMALLEST``, whichever is
+    #: Limit of the work of unbalanced forces in units of λ, divided by |λ| or by ``SMALLEST``, whichever is
     #: larger.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block

@@ -186,7 +186,7 @@ class Code(StrEnum):
     DILATANCY_LOW = "dilatancy low"
     # Value: ``blocks``, the supports without function.
     IDLE_SUPPORTS = "idle supports"
-    # Value: ``pairs``, the joints that transfer friction only because of self-stress.
+    # Value: ``pairs``, the two blocks of each joint that transfers friction only because of self-stress.
     HELD_BY_CLAMPING = "held by clamping"
     # Values: ``blocks``, the blocks far away; ``distance`` from all other blocks; ``size``, the extent of all
     # other blocks.
@@ -206,11 +206,11 @@ class Code(StrEnum):
     # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``tolerance`` that closes
     # all gaps and aligns the joints.
     SMALL_GAPS = "small gaps"
-    # Values: ``pairs``, the joints that alignment rotated; ``turn``, the largest rotation, in radians;
-    # ``tolerance`` of the scene.
+    # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
+    # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"
-    # Values: ``pairs``, the joints that are nearly parallel to other joints; ``angle``, the largest angle
-    # between them, in radians; ``tolerance`` that aligns these joints.
+    # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
+    # largest angle between them, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Value: ``pairs``, names of blocks that meet only at corners.
     CORNERS_MEET = "corners meet"
@@ -218,7 +218,8 @@ class Code(StrEnum):
     WITHOUT_NORMAL = "without normal"
     # Value: ``blocks``, names of solids whose faces were reversed.
     FACES_TURNED = "faces turned"
-    # Values: ``pairs``, the joints of the corners; ``normal_forces`` of the joints, largest first.
+    # Values: ``pairs``, the two blocks of each joint at a corner; ``normal_forces`` of the joints, largest
+    # first.
     CORNERS_BEAR = "corners bear"
     # Values: ``number`` of the edge load, from 1; ``length`` without effect.
     BARE_EDGE_LOAD = "bare edge load"

@@ -192,7 +192,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
     far = distance > _FAR * np.maximum(size, size_of_rest)
-    # The largest group is the structure itself.
+    # The largest group of blocks counts as the structure itself, which is not far away.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []

@@ -43,7 +43,7 @@ class Task:
     incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """Return this task with the options of another method; both tasks share one ``effort``."""
+        """Return a copy of this task with the options of another method; both tasks share one ``effort``."""
         return replace(self, options=options, solver=solver or self.solver)
 
 

@@ -237,8 +237,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Equilibrium and yield limit λ, so an associative load factor exists. The method failed, and there is
-        # nothing to prove.
+        # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method only
+        # failed to find a load factor, and nothing can be proven.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)

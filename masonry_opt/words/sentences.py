@@ -367,7 +367,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{counted(v['steps'], 'step')}"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}, because a load history takes long: use method 'incremental'"
+        f"not computed for {_joints_or_points(v)}, because load histories take long: use method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"

@@ -81,10 +81,10 @@ _OVER_KNOWN = 10.0
 class StateBounds:
     """Largest forces and rates of all states with λ from ``lowest`` to the largest λ of the programs."""
 
-    lowest: float  #: least load factor of the states
-    normal: np.ndarray  #: normal force of each joint, shape (c,)
-    forces: np.ndarray  #: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
-    rates: float  #: sum of all slips and edge openings
+    lowest: float  #: lower limit of the load factors of the states
+    normal: np.ndarray  #: largest normal force of each joint, shape (c,)
+    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
+    rates: float  #: largest sum of all slips and edge openings
     #: True if statics imply the limits of forces. If False, some limits are assumed, and results are valid
     #: only for smaller forces.
     forces_derived: bool

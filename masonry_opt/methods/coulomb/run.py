@@ -77,7 +77,7 @@ class CoulombRun:
 
     @property
     def is_least(self) -> bool:
-        """True if it is proven that no exact state has a lower load factor above zero.
+        """True if it is proven that no exact state has a lower load factor (above zero) than the answer.
 
         With associative flow at all joints, all exact states have one load factor.
         """

@@ -39,7 +39,7 @@ _PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and 
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state with the joints' own flow rule, exact up to the solver's rounding."""
+    """Collapse state with the joints' own flow rule, exact except for rounding errors of the solver."""
 
     problem: Problem
     load_factor: float  #: load factor λ
@@ -56,7 +56,7 @@ class ExactState:
 
     @cached_property
     def answer(self) -> Answer:
-        """State as an answer with a certificate."""
+        """Answer with certificate that this state represents."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
@@ -102,7 +102,7 @@ def _numbers(count: int, first: int = 0) -> np.ndarray:
 
 
 class StateFinder(ABC):
-    """Base class of finders, which compute the exact state near given joint forces."""
+    """Base class of state finders. A state finder computes an exact state near given joint forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
@@ -284,6 +284,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Return an answer as an exact state, without the dual variables of its yield conditions."""
+    """Convert an answer to an exact state; the dual variables of its yield conditions are not known."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

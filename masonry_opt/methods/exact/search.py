@@ -26,7 +26,7 @@ Candidate = tuple[str, ExactState | None]
 
 
 class Met:
-    """Record of the starts of a search and of the exact states found from them."""
+    """Record of the starts of a search, and of the exact states that the search found."""
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
@@ -245,7 +245,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the state with the lower load factor; None if both states are None.
+    """Return the state with the lower load factor of two states, each of which may be None.
 
     - Of two states with equal load factors, it is the exact one, or else the first.
     - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.
