@@ -103,7 +103,7 @@ class Given(dict[str, Any]):
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & options
             if own:
-                whose = "it is an option of the command, not of the method: see --help"
+                whose = "it is not an option of the method: --help lists the options of the command"
                 raise OptionError(f"option '{min(own)}': {whose}")
         return self | options
 
