@@ -134,8 +134,7 @@ class Session:
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-        # The result names the solver of the check. Its programs are not counted, and its time is the time of
-        # the check.
+        # The result names the solver of this check and adds its time, but does not count its programs.
         own_effort = effort.beside()
         with effort.measure("dead_load"):
             if self._is_carried_at_rest(problem, own_effort):
@@ -223,9 +222,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     refuse_without_live_load(assembly)
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(
-            f"{scene.origin}: its blocks are solids, which {named} does not support: use another"
-        )
+        raise OptionError(f"{scene.origin}: {named} does not support blocks that are solids: use another")
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
     dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
     strength = "joints of limited strength: choose another method, or omit 'strength'"

@@ -266,7 +266,7 @@ def test_a_scene_is_proven_for_users():
 def test_users_read_why_there_is_no_proof(no_proof):
     found = mo.prove_least(corner_wall(2, 2, 2))
     assert found.proof is None
-    assert "not proven least: proofs are for scenes in the plane" in str(found)
+    assert "not proven least: proofs exist only for scenes in the plane" in str(found)
     late = mo.prove_least(FOLDER / "stones_14_joints.toml", seconds=1e-9)
     assert late.proof is None
     assert "did not end within" in str(late)

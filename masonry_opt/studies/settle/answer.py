@@ -261,7 +261,7 @@ class Settlement(StudyAnswer):
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             answer, at_end = numeral(reaction, ".6g"), numeral(incremental, ".6g")
             nearer = f"the load history ends with {at_end}, closer to the reaction at rest than {answer}"
-            sentence = f"{name} reaction: {nearer}: the scene may collapse at that reaction"
+            sentence = f"{name} reaction: {nearer}: the scene may collapse there"
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
         if end.across_rest is not None:
