@@ -134,7 +134,7 @@ class Session:
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-        # The result names the solver. Its programs are not counted, and its time is that of this check.
+        # The result names the solver of this check and adds its time, but does not count its programs.
         own_effort = effort.beside()
         with effort.measure("dead_load"):
             if self._is_carried_at_rest(problem, own_effort):
@@ -158,7 +158,7 @@ class Session:
 
     @property
     def _adds_incremental(self) -> bool:
-        """Return True if the incremental load factor is computed in addition to the method's own."""
+        """Return True if the incremental load factor is computed in addition to that of the method."""
         return self.how.incremental and not self.method.associative and self.method.name != _INCREMENTAL
 
     def _is_carried_at_rest(self, problem: Problem, effort: Effort) -> bool:
@@ -179,7 +179,7 @@ class Session:
         return True
 
     def _solve_incremental(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """Return the solution of method "incremental", or a solution with the reason why it was not run.
+        """Return the solution of method "incremental"; if it is not run, a solution with the reason.
 
         None is returned if the incremental load factor is not asked for. The steps and time are separate from
         those of the session's method.
@@ -222,34 +222,34 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     refuse_without_live_load(assembly)
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")
+        raise OptionError(f"{scene.origin}: {named} does not support blocks that are solids: use another")
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
-    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or leave 'dilatancy_stress' out"
-    strength = "joints of limited strength: use another, or leave 'strength' out"
+    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
+    strength = "joints of limited strength: choose another method, or omit 'strength'"
     for feature, is_present, sentence in (
         ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
-        ("forces", problem.matrices.limited, f"forces of {roles}: use another, or leave these out"),
+        ("forces", problem.matrices.limited, f"forces of {roles}: choose another method, or omit them"),
         ("strength", len(problem.crushing), strength),
     ):
         if is_present and feature in method.refuses:
-            raise OptionError(f"{named} does not know {sentence}")
+            raise OptionError(f"{named} does not support {sentence}")
 
 
 def _without_live_load(scene: Scene) -> str:
-    """Return the message for a scene in which no block carries a live load: what is wrong and what to do."""
+    """Return the error message, with advice, for a scene in which no block carries a live load."""
     case = scene.load_case
     prefix = f"load case '{case.name}': " if case is not None else ""
     if scene.factor_of_axles and (scene.axles or case is not None):
-        moves = "its axles move, and nothing else is a live load: use crossing (in Python mo.crossing), which"
+        moves = "its only live loads are axles that move: use crossing (in Python mo.crossing), which"
         return f"{prefix}{moves} finds their worst position"
     if case is not None:
-        fault = f"nothing that it makes live ({case}) loads a block"
-        return f"{prefix}{fault}: give another group of loads, or loads of these"
+        fault = f"none of its live loads ({case}) acts on a block"
+        return f"{prefix}{fault}: name another group of loads, or add loads to these groups"
     return f"no block carries a live load: give one {_LIVE_LOAD_KEYS[scene.dimension]}"
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
-    """Return a solution, without its load factor if the load factor is not valid.
+    """Return a solution; remove its load factor if the load factor is not valid.
 
     A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
     does not carry its dead load from rest.
@@ -278,7 +278,8 @@ def _run_method(method: Method, task: Task) -> Solution:
     before, incremental = None, task.incremental
     if incremental is None or not incremental.has(Code.NO_WORK):
         before = method.run(task)
-        # A method that seeks exact states answers by the load history only if it finds none.
+        # A method that seeks exact states gives the answer of the load history only if it finds no exact
+        # state.
         has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
         if not has_no_state and _ends_without_work(task.problem, before):
             return _exact_without_work(task, method, before)
@@ -298,7 +299,7 @@ def _run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends in a range, with a motion in which the live load does no work."""
+    """Return True if a load history ends with a range of λ and a motion without work of the live load."""
     if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
         return False
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
@@ -306,7 +307,7 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 
 
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return the exact collapse without work of the live load, if it is in the range of ``before``.
+    """Return the exact state in which the live load does no work if its λ is in the range of ``before``.
 
     Else ``before`` is returned, the solution with the range.
     """
@@ -341,7 +342,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 
 def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """Return a solution with the associative load factor; without a load factor ≥ 0, with the reasons.
+    """Add the associative load factor to a solution; if it has no λ ≥ 0, add the reasons why.
 
     The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
     is proven that no load factor exists: statics then carry any multiple of the live load.
@@ -363,7 +364,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # It is proven that no collapse exists: the incremental load factor is that of contacts that lock later.
+    # It is proven that no collapse exists, so the contacts that slip at the incremental load factor lock
+    # later.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -376,7 +378,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Return a solution that records if a collapse at another load factor above zero is excluded."""
+    """Record in a solution if it is proven that the scene collapses at no other λ above zero."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -384,7 +386,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Return a solution with a reason if its three load factors agree after few starts.
+    """Add a reason to a solution if its three load factors agree after only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
     reason is added if all joints follow associative flow, because all exact states then have one load factor.

@@ -22,7 +22,7 @@ from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Pr
 
 @dataclass(frozen=True)
 class ProofCheck:
-    """Findings of the check of a proof.
+    """Result of the check of a proof: its bound, its faults and the numbers of conflicts.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCh
 
 
 def check(problem: Problem, proof: Proof) -> ProofCheck:
-    """Check a proof against the matrices of a problem."""
+    """Check a proof with the matrices of a problem."""
     faults = _faults_of_form(problem, proof)
     reach = float("inf")
     if not faults:
@@ -88,14 +88,14 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return what makes a proof one of another scene, or of none."""
+    """Return the faults that show that a proof belongs to another scene, or is not a proof."""
     if problem.layout.round or problem.dilatancy_depends_on_stress:
-        return ["proofs are of plane scenes whose dilatancy does not depend on stress"]
+        return ["the scene must be plane, and its dilatancy must not depend on stress"]
     if not 0 < proof.bound < proof.load_factor:
         return [f"the bound {proof.bound:.9g} is not between 0 and the load factor {proof.load_factor:.9g}"]
     height, width = problem.B.shape
     if proof.conditions != problem.faces:
-        return [f"the proof has {proof.conditions} yield conditions, but the scene {problem.faces}"]
+        return [f"the proof has {proof.conditions} yield conditions, but the scene has {problem.faces}"]
     arrays = [(np.asarray(proof.senses, dtype=float).ravel(), 2 * len(proof.senses))]
     indices = [proof.senses.ravel()]
     for one in (*proof.conflicts, *proof.energy_bounds):
@@ -105,7 +105,7 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
             arrays += [(one.d, height), (one.p, problem.faces)]
         indices.append(np.atleast_1d(one.condition if isinstance(one, EnergyBound) else one.conditions))
     if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
-        return ["multipliers are missing, or no numbers"]
+        return ["multipliers are missing, or are not numbers"]
     every = np.concatenate(indices)
     if len(every) and (every.min() < 0 or every.max() >= problem.faces):
         return ["a clause names a yield condition that the scene does not have"]
@@ -113,7 +113,7 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
 
 
 class _Checker:
-    """Exact recomputation of the conflicts of one proof."""
+    """Checker that recomputes the conflicts of one proof in exact arithmetic."""
 
     def __init__(self, problem: Problem, proof: Proof) -> None:
         self._problem, self._proof = problem, proof
@@ -124,12 +124,12 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        self.reach = float("inf")  #: least reach of the conflicts that were recomputed
+        self.reach = float("inf")  #: smallest reach (see :class:`ProofCheck`) of the conflicts checked so far
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults of the senses, of the energy bounds and of all conflicts, in this order."""
-        faults = [f"sliding of conditions {pair} is not of one joint" for pair in self._wrong_senses()]
+        """Return the faults of the pairs of senses, then of the energy bounds, then of all conflicts."""
+        faults = [f"conditions {pair} are not both senses of one joint" for pair in self._wrong_senses()]
         faults += self._faults_of_energy()
         for number, conflict in enumerate(self._proof.conflicts, start=1):
             if isinstance(conflict, StaticConflict):
@@ -141,13 +141,13 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return pairs that are not the two senses of sliding of one joint, of which one is at rest."""
+        """Return the pairs of conditions that are not the two senses of sliding of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
 
     def _faults_of_energy(self) -> list[str]:
-        """Add the least friction of each sliding condition to its energy, and return the faults found."""
+        """Add the lower bounds of friction to the energies of sliding conditions; return faults of bounds."""
         problem, faults = self._problem, []
         proven = {bound.condition: bound for bound in self._proof.energy_bounds}
         for condition in range(2 * self._sliders):
@@ -163,7 +163,7 @@ class _Checker:
             own = self._energy[condition]
             self._energy[condition] = None if least is None or own is None else own + least
         stray = [condition for condition in proven if condition >= 2 * self._sliders]
-        return faults + [f"energy bound of condition {condition}: it does not slide" for condition in stray]
+        return faults + [f"energy bound of condition {condition}: it cannot slide" for condition in stray]
 
     def _fault_of_bound(self, bound: EnergyBound, excess: Fraction, joint: int) -> str:
         row = self._problem.N[[joint]].toarray()[0]
@@ -178,7 +178,7 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return why d (3b,) and p (faces,) do not show cost·q > least; empty if they do.
+        """Return the reason why d (3b,) and p (faces,) do not prove cost·q > least; empty if they prove it.
 
         All q in equilibrium with 0 ≤ λ ≤ bound, z ≥ 0, and z = 0 on the conditions held, have
         cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with departure = Bᵀd + cost − C(μ)ᵀp.
@@ -198,7 +198,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return why forces do not show that a condition of the clause moves; empty if they do.
+        """Return the reason why a kinematic conflict does not prove its clause; empty if it does.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all
@@ -208,7 +208,7 @@ class _Checker:
         if weight < 0:
             return "the energy balance has a negative weight"
         if weight > 0 and None in self._energy:
-            return "the energy balance needs a least energy of every condition"
+            return "a lower bound of energy is missing for a condition that the energy balance needs"
         internal = self._B.times(forces)
         unbalanced = max(
             abs(own + load_factor * live + weight * dead)
@@ -224,18 +224,18 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if a residual, times the reach, outweighs what multipliers gain."""
+        """Return a fault if a residual times the reach exceeds the gain that the multipliers prove."""
         if gain <= 0:
             return f"the {kind} multipliers contradict nothing"
         if residual * Fraction(REACH) >= gain:
-            return f"the {kind} multipliers leave a residual that outweighs the contradiction"
+            return f"the {kind} multipliers have too large a residual for a proof"
         if residual > 0:
             self.reach = min(self.reach, float(gain / residual))
         return ""
 
 
 class _Exact:
-    """A sparse matrix of exact numbers."""
+    """Sparse matrix whose entries are fractions."""
 
     def __init__(self, shape: tuple[int, int], entries: list[tuple[int, int, Fraction]]) -> None:
         self._shape, self._entries = shape, entries
@@ -248,7 +248,7 @@ class _Exact:
         return cls(matrix.shape, list(zip(rows, columns, map(Fraction, values), strict=True)))
 
     def times(self, vector: list[Fraction]) -> list[Fraction]:
-        """Return the product with a vector."""
+        """Return the product of the matrix with a vector."""
         product = [Fraction(0)] * self._shape[0]
         for row, column, value in self._entries:
             if vector[column]:
@@ -256,7 +256,7 @@ class _Exact:
         return product
 
     def transposed_times(self, vector: list[Fraction]) -> list[Fraction]:
-        """Return the product of the transpose with a vector."""
+        """Return the product of the transposed matrix with a vector."""
         product = [Fraction(0)] * self._shape[1]
         for row, column, value in self._entries:
             if vector[row]:
@@ -265,7 +265,7 @@ class _Exact:
 
 
 def _exact(values: np.ndarray | list[float]) -> list[Fraction]:
-    """Return floating-point numbers as the binary fractions that they are."""
+    """Convert floating-point numbers to fractions, without rounding."""
     return [Fraction(value) for value in np.asarray(values, dtype=float).tolist()]
 
 

@@ -17,9 +17,9 @@ class LeastLoadFactor:
 
     Attributes
     ----------
-    load_factor: of the lowest exact collapse state found; None if none was found.
-    proof: that no collapse state has a lower load factor from 0 on; None without a proof.
-    why: why there is no proof; empty with a proof.
+    load_factor: lowest load factor of the exact collapse states found; None if none was found.
+    proof: proof that no collapse state has a lower load factor ≥ 0; None without a proof.
+    why: reason why there is no proof; empty if there is one.
     """
 
     load_factor: float | None
@@ -36,9 +36,9 @@ class LeastLoadFactor:
 
 
 def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFactor:
-    """Search for the least Coulomb load factor of a plane scene, and prove that no state is lower.
+    """Search for the least Coulomb load factor of a plane scene, and prove that it is the least.
 
-    The start is the lowest state of the default method, which proves most scenes of up to 15 joints itself.
+    The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
     The proof needs no bound on forces or rates. Scenes of up to some 25 joints are proven within seconds.
 
     Parameters

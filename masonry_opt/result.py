@@ -89,7 +89,7 @@ class Result(Outcome):
 
     @cached_property
     def message(self) -> str:
-        """Reasons for the status of the result, as sentences."""
+        """Sentences that state the reasons for the status of the result."""
         return message(self.reasons, self.method)
 
     @property
@@ -110,7 +110,7 @@ class Result(Outcome):
 
     @property
     def summary(self) -> str:
-        """Text that ``print`` shows: load factors, what is proven for each, and the moving blocks."""
+        """Text that ``print`` shows: load factors, how certain each is, and the moving blocks."""
         return summary(self)
 
     @property
@@ -226,7 +226,7 @@ class Result(Outcome):
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces with their lines of action, or None without such forces."""
+        """Return a table of limited forces with their lines of action; None if there are none."""
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:

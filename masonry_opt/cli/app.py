@@ -89,7 +89,7 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line; every foreseeable error leads to one message and an exit code."""
+    """Run the command line. Each foreseeable error ends with one message and an exit code."""
     if sys.stdout is None:  # the caller has closed it
         _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():
@@ -137,7 +137,7 @@ def _run() -> None:
 
 
 def _escape_unencodable() -> None:
-    """Let output streams write characters that they cannot encode as escape sequences."""
+    """Configure output streams to write characters that they cannot encode as escape sequences."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

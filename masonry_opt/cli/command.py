@@ -39,7 +39,7 @@ _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """Return a function that parses text with ``read``, but raises OptionError instead of ValueError.
+    """Return a function that parses text with ``read``, and raises OptionError in place of ValueError.
 
     ``refusal`` is the message of the error; the text takes the place of its braces.
     """
@@ -85,7 +85,7 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed, by the name of their parameter; other parameters keep their defaults."""
+    """Arguments that the user typed, by parameter name. All other parameters have their defaults."""
 
     called: Mapping[str, str] = {}  #: Names of the command-line options, by the name of their parameter.
 
@@ -94,7 +94,7 @@ class Given(dict[str, Any]):
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """Return the remaining arguments and the options of the method as keyword arguments.
+        """Return all arguments not yet taken, and the options of the method, as keyword arguments.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method has another form than NAME=VALUE, or is an argument of one of the two functions.
@@ -103,7 +103,7 @@ class Given(dict[str, Any]):
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & options
             if own:
-                whose = "it is not an option of the method; see --help for the options of the command"
+                whose = "it is not an option of the method: --help lists the options of the command"
                 raise OptionError(f"option '{min(own)}': {whose}")
         return self | options
 
@@ -172,7 +172,7 @@ def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
 
 
 def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: bool) -> Parameter:
-    """Return a parameter with the annotation that Typer needs to make an option of the parameter.
+    """Return a parameter with the annotation from which Typer makes an option.
 
     A parameter that takes several values becomes an option in the singular that may be repeated, unless a
     parser reads all values from one text.
@@ -239,7 +239,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a line with the elapsed seconds on a terminal within a context; yield a Work to change the line.
+    """Show a line with the elapsed time on a terminal within a context; yield a Work that changes the line.
 
     Ctrl-C raises InterruptedByUserError with the message ``if_interrupted``. If ``quiet`` is True, no line is
     shown.
@@ -252,7 +252,7 @@ def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was f
 
 
 class Work:
-    """Progress line of a command on a terminal, and the list of the steps that the line has shown."""
+    """Progress line of a command on a terminal, and the list of the steps shown so far."""
 
     def __init__(self, show: Phases, name: str) -> None:
         self._show, self._name = show, name
@@ -264,7 +264,7 @@ class Work:
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the phase that begins, and the last step of the phases before."""
+        """Show the phase that begins, and the last step of the earlier phases."""
         last = f" (last {self._last_step})" if self._last_step else ""
         self._show(f"{self._name}: {words}{last}")
 

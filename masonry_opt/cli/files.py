@@ -154,7 +154,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         given["live_layers"] = dict(given["live_layers"])
     with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file written") as work:
         scene = read(drawing, **given)
-        # Finding the joints raises CaseError if the geometry of the blocks is wrong.
+        # The joints are found here, because this raises CaseError if the geometry of the blocks is wrong.
         work.show("convert: finding joints")
         joints = len(find_joints(scene, shapes_of(scene)).first)
     corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0
@@ -164,12 +164,12 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 
 def _case_file_message(path: Path) -> str:
-    """Return the message that a file is a case file already, with commands that accept case files."""
+    """Return the error message for a file that already is a case file, with commands for case files."""
     if mo.load(path).dimension == 3:
         advice = f"write its solids (masonry-opt export {path} OUT.obj)"
     else:
         advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
-    return f"{path}: is a case file already: solve it (masonry-opt solve {path}), or {advice}"
+    return f"{path}: this is already a case file: solve it (masonry-opt solve {path}), or {advice}"
 
 
 def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:

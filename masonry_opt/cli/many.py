@@ -35,7 +35,7 @@ _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-
 
 @partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_VARY_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
-    """Return the name and the values of a number of the scene from the text of the option --vary.
+    """Parse the text of option --vary; return the name and the values of a number of the scene.
 
     Raises ValueError if the text has another form.
     """
@@ -64,7 +64,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     seed=typer.Option(min=0),
     by=typer.Option(help=f"With --sample: joints that share a random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
-    force=typer.Option("--force", help=f"Replace tables of other runs, and files not written by {WRITER}."),
+    force=typer.Option("--force", help=f"Also replace other tables, and files not written by {WRITER}."),
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
@@ -107,7 +107,7 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
 
 
 def _names(text: str) -> list[str]:
-    """Return the names in a text of names separated by commas, in lower case and without repetitions."""
+    """Split a text at commas, and return the names in lower case without repetitions."""
     return [*dict.fromkeys(name.strip().lower() for name in text.split(",") if name.strip())]
 
 

@@ -116,14 +116,14 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
-    # Output is written before the next example begins, so that Ctrl-C loses only the current example.
+    # Output is written before the next example begins, so that with Ctrl-C only the current example is lost.
     print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)
     return bool(missed)
 
 
 def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
-    """Return the files of a script's tables and figures: contents by file name."""
+    """Return the contents of the files of a script's tables and figures, by file name."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
         if variable.startswith(_TABLE_PREFIX) and isinstance(value, pd.DataFrame):

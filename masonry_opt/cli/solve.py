@@ -71,7 +71,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
 def _refuse_drawing_options(
     given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
 ) -> None:
-    """Raise OptionError if options of a picture are given without --plot, or --mechanism is wrong."""
+    """Raise OptionError if options of a picture are given without --plot, or if --mechanism is wrong."""
     if plot is None and (drawing or mechanism is not None):
         options = "--plot-kind, --mechanism, --names, --view and --force apply to a picture"
         raise OptionError(f"{options}: give --plot FILE too")
@@ -97,7 +97,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
         try:
             answer = function(scene, progress=show_step, phases=work.phase, **options)
-            # The answer of an interrupted search is the lowest state found so far.
+            # The answer of an interrupted search is the state with the lowest load factor found so far.
             if not _drawn_result(answer).solution.interrupted:
                 check_interrupt()
         except KeyboardInterrupt:
@@ -109,7 +109,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
 
 def _drawn_result(answer: Any) -> mo.Result:
-    """Return the result to draw: the only result of a scene, or the governing one of its load cases."""
+    """Return the result to draw: that of the scene, or that of its governing load case."""
     return answer if isinstance(answer, mo.Result) else answer.to_draw
 
 

@@ -244,12 +244,12 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer is usable; a crossing is usable if a position has a load factor."""
+    """Return True if an answer is usable; a crossing is usable if any position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: load cases and the crossing of axles, or else a single result."""
+    """Return the answers for a report: load cases and the crossing of axles, or only one result."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

@@ -61,13 +61,13 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
-    """Return the solver's answer, the certified state of the answer, and the size of the program.
+    """Return the solver's answer, the answer's state with its certificate, and the size of the program.
 
     The state is None if the solver found none.
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Return a state with its certificate for associative flow; None without a state."""
+        """Return a state with its certificate for associative flow; return None if the state is None."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}
@@ -84,7 +84,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver failed without a state, or if residuals of its state are too large."""
+    """Return True if the solver found no state, or a state whose residuals are too large."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 
@@ -112,7 +112,7 @@ def with_associative(task: Task, of: Solution) -> Solution:
 
 
 def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
-    """Return the associative answer of a scene in the plane by the simplex method.
+    """Return the answer with associative flow of a scene in the plane, computed by the simplex method.
 
     The program is built from the matrices, without a modelling language. None is returned for scenes in
     space, for large scenes, and if the simplex method finds no answer.

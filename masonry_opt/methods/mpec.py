@@ -73,7 +73,7 @@ class MpecOptions(Options):
     def _falling(self) -> "MpecOptions":
         """Return the options. Raises ValueError if ``epsilon`` is below ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
-            raise ValueError("'epsilon' must not be below 'epsilon_min'")
+            raise ValueError("'epsilon' must be 'epsilon_min' or larger")
         return self
 
 
@@ -86,7 +86,7 @@ class RelaxationStep:
     word: str  #: IPOPT's status
     iterations: int  #: number of IPOPT's iterations
     largest_product: float  #: largest product z p; NaN if the solve failed
-    gap: float  #: Σ z p over the live load's work, in units of λ; NaN if the solve failed
+    gap: float  #: Σ z p divided by the work of the live load, in units of λ; NaN if the solve failed
     seconds: float  #: time of the solve
 
 
@@ -137,7 +137,7 @@ class CasadiIpopt:
 
 
 def mpec(task: Task) -> Solution:
-    """Return the local optimum of the MPEC that Scholtes' relaxation finds from a start.
+    """Return the local optimum of the MPEC to which Scholtes' relaxation converges from a start.
 
     Raises OptionError if the start is a result of another scene, or has no forces.
     """

@@ -62,7 +62,7 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution for a collapse in which the live load does no work, or None if none is found.
+    """Return the solution of a collapse in which the live load does no work; None if none is found.
 
     None is returned if no such mechanism goes with the associative forces, or if the method finds none.
     ``before`` is the method's solution of the unchanged scene, without a load factor, if the method was run.
@@ -90,7 +90,7 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """Return the solution for loads in which a share of the dead load grows with the live load, or None.
+    """Find a solution for loads of which part of the dead load grows with the live load; None without one.
 
     The first λ₀ is the associative load factor ``upper``. Further λ₀ follow by extrapolation until the loads
     are those of the scene. None is returned if the method finds no answer, if the live load does work, or if
@@ -108,8 +108,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # For one mechanism, λ is a linear function of the size of the loads. If only friction limits forces,
-        # λ is zero for loads of size zero.
+        # As long as the mechanism is the same, λ is a linear function of the size of the loads. If only
+        # friction limits forces, λ is zero for loads of size zero.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
@@ -153,7 +153,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return s: the loads at λ are s times the scene's loads at λ / s."""
+    """Return the number s for which the growing loads at λ are s times the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 

@@ -196,7 +196,7 @@ class HowToSolve:
 
 
 def _instead(option: str, known: Iterable[str]) -> str:
-    """Return advice for the user about an option that a method does not have, as the end of an error."""
+    """Return the end of an error message: advice about an option that the method does not have."""
     homes = _homes(option)
     if homes:
         return f"; methods that have it: {', '.join(homes)}"
@@ -217,7 +217,7 @@ def _homes(option: str) -> list[str]:
 
 
 def _takers(name: str | None) -> str:
-    """Return the list of methods that take a solver, as the end of an error.
+    """Return the end of an error message: the methods that support a solver.
 
     If several modelling languages have the solver, the methods are those of the first language. For unknown
     solvers the methods are those that take any solver of CVXPY.

@@ -43,12 +43,12 @@ class Task:
     incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """Return this task with the options of another method; both tasks share one ``effort``."""
+        """Return a copy of this task with the options of another method; both tasks share one ``effort``."""
         return replace(self, options=options, solver=solver or self.solver)
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Return a solution without its history, as the start of an analysis of the same problem.
+    """Check that a solution belongs to a problem, and return it without its history, as a start.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
@@ -70,8 +70,8 @@ class Method:
     #: the first solver are the defaults. An empty tuple stands for all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method's answer has associative flow
-    #: True if the method looks for the lowest exact Coulomb state. A lower state from another method may
-    #: replace the answer of such a method.
+    #: True if the method looks for the exact Coulomb state with the lowest load factor. A state of another
+    #: method with a lower load factor may replace the method's answer.
     seeks_lowest: bool = False
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers
     #: Properties of scenes that the method does not support: "dilatancy" that falls with stress, joints of

@@ -53,7 +53,7 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
-    """State that a joint's dilatancy is less than its negative friction, and ask if the sign is right."""
+    """State that the dilatancy of a joint is less than minus its friction, and advise to check the sign."""
     return (
         f"'dilatancy' {v['dilatancy']:g} of {_place_of_property(v)} is less than −{v['friction']:g}, "
         "minus its friction: sliding would release work instead of dissipating it; check the sign"

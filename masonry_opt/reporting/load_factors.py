@@ -56,8 +56,9 @@ class LoadFactorLine:
     """Row of the table of load factors."""
 
     name: str
-    load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
-    remark: str  #: kind of state, and remarks on lower load factors
+    #: Value of the load factor; None if it does not exist, for the reason in the remark.
+    load_factor: float | None
+    remark: str  #: text on the kind of state and on lower load factors
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
@@ -150,12 +151,12 @@ def meaning(names: Iterable[str]) -> str:
 
 
 def certainty(result: Outcome) -> str:
-    """Return the remark on the method's own load factor; "" if there is no load factor."""
+    """Return text on how certain the method's own load factor is; "" if there is no load factor."""
     return "" if result.load_factor is None else _own_line(result).remark
 
 
 def known_least(result: Outcome) -> str:
-    """Return a sentence that proves that no state has a lower load factor than the answer.
+    """Return the sentence that no state has a lower load factor than the answer, if this is proven.
 
     The text is empty if there is no such proof.
     """
@@ -204,7 +205,7 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return the remark on an associative load factor: an upper bound, which may also be exact."""
+    """Return text on an associative load factor, which is an upper bound and may also be exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
@@ -222,13 +223,13 @@ def _incremental_line(result: Outcome) -> LoadFactorLine:
 
 
 def _incremental_remark(result: Outcome) -> str:
-    """Return text on how the load history ended, and on the load that moving blocks still carry."""
+    """Return text on the end of the load history, and on the load that is carried once blocks move."""
     state = result.solution.at_incremental
     assert state is not None
     remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
     if state.has(Code.RANGE):
         not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
-        remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"
+        remark = f"equilibrium is lost between this load factor and {not_carried} as the live load is raised"
     if state.peak is None:
         return remark
     remaining = "no live load" if result.end is None else f"only λ = {factor_text(result.end)}"
@@ -236,17 +237,17 @@ def _incremental_remark(result: Outcome) -> str:
 
 
 def _coulomb_remark(result: Outcome) -> str:
-    """Return the remark on a Coulomb collapse state: its exactness, the starts, and lower states."""
+    """Return text on a Coulomb collapse state: its exactness, the starts, and lower load factors."""
     return "; ".join([state_found(result), *_lower_states(result)])
 
 
 def state_found(result: Outcome) -> str:
-    """Return text on the exactness of the collapse state, and on the starts of the search."""
+    """Return text on whether the collapse state is exact, and on the starts of the search."""
     return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
-    """Return text on the exactness of the collapse state.
+    """Return text on whether the collapse state is exact, and why not.
 
     For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
     friction.
@@ -276,7 +277,7 @@ def _starts(result: Outcome) -> str:
 
 
 def _lower_states(result: Outcome) -> list[str]:
-    """Return phrases on states below the answer: bounds, searches, and known lower states."""
+    """Return phrases on states with a lower load factor: bounds, searches, and known states."""
     phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
     if result.solution.is_only_state:
         phrases = [_ONLY]
@@ -284,19 +285,19 @@ def _lower_states(result: Outcome) -> list[str]:
         few_starts = [reason for reason in result.reasons if reason.code is Code.FEW_STARTS]
         phrases = [*sentences(few_starts), _not_proven(result)]
     if load_history_ends_lower(result):
-        phrases.append("the load history ends in a lower state")
+        phrases.append("the load history ends in a state with a lower load factor")
     if _falls_by_itself(result):
         phrases += sentences([reason for reason in result.reasons if reason.code is Code.BELOW_ZERO])
     return phrases
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase for a load factor that is not proven least, with advice on a search."""
+    """Return the phrase that a load factor is not proven to be the least, with advice on a search."""
     return f"not proven least{search_remark(result, 'lower ones')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase: a remark on the search for lower states, or advice to search.
+    """Return the end of a phrase on lower load factors: the search made, or advice to search.
 
     ``states`` names the states in the remark, such as "lower ones".
     """
@@ -318,7 +319,7 @@ def load_history_ends_lower(result: Outcome) -> bool:
 
 
 def _falls_by_itself(result: Outcome) -> bool:
-    """Return True if another exact state has a load factor that is not above zero.
+    """Return True if another exact state has a load factor of zero or less.
 
     With the joint forces of that state, the scene falls without live load.
     """
@@ -326,6 +327,6 @@ def _falls_by_itself(result: Outcome) -> bool:
 
 
 def _flow_rule_is_associative(result: Outcome) -> bool:
-    """Return True if the flow rule of all joints is the associative one, under which λ is unique."""
+    """Return True if all joints have associative flow, with which λ is unique."""
     problem = result.assembly.problem
     return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress

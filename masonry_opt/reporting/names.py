@@ -9,7 +9,7 @@ WARNING = "warning: "  #: Prefix of each line that states a warning.
 
 
 def labelled(lines: Mapping[str, object]) -> str:
-    """Return lines of a label and its text each; labels without text are omitted.
+    """Return one line for each label with its text; labels without text are omitted.
 
     If the text of a label has several lines, they begin in the same column.
     """
@@ -50,5 +50,5 @@ def verb(number: int, word: str) -> str:
 
 
 def do(v: dict[str, Any], word: str) -> str:
-    """Return a clause of the blocks in the values of a reason and a verb, such as "block 'A' hangs"."""
+    """Return a clause with the blocks of a reason as subject and a verb, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

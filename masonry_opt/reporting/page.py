@@ -45,7 +45,7 @@ def load_factor_rows(result: Outcome) -> str:
 
 
 def answer(result: Outcome) -> str:
-    """Return load factors, status, other facts and warnings as HTML."""
+    """Return the load factors, status, other facts and warnings of a result as HTML."""
     known = {"status": str(result.status)} | facts(result)
     rows = "".join(f"<dt>{text(label)}</dt><dd>{text(words)}</dd>\n" for label, words in known.items())
     warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in sentences(result.warnings))

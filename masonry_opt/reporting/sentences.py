@@ -74,7 +74,7 @@ def message(reasons: Sequence[Reason], method: str = "") -> str:
 
 
 def sentences(reasons: Sequence[Reason], method: str = "") -> tuple[str, ...]:
-    """Return a sentence for each reason that a result gives.
+    """Return the sentences that describe the reasons of a result, one for each reason.
 
     ``method`` is the name of the method that ended for these reasons; "" if it is not known.
     """
@@ -89,7 +89,7 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice for the loop of linear programs; other methods get the advice to use the loop first."""
+    """Return advice on the loop of linear programs; after another method, first advise to use the loop."""
     return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
 
 
@@ -153,7 +153,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """State that only wedging carries the dead load, with the load factor and advice."""
+    """State that only wedged joints carry the dead load, with the load factor and advice."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -209,7 +209,7 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """State that the loop was run again with other options, and if no run converged."""
+    """State that the loop was run again with other options, and whether any run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
@@ -227,29 +227,31 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
         "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
     )
-    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for their collapse"
+    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for a collapse state"
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """State that the load history led to no collapse state, and which option or method looks for one."""
+    """State that the load history led to no collapse state; name an option or method that looks for one."""
     steps = counted(v["steps"], "step")
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
-        ended = f"{ended}, and the loop led to none"
-        return ended if v["searched"] else f"{ended}: option search=10 looks for one"
+        ended = f"{ended}, nor did the loop of linear programs"
+        return ended if v["searched"] else f"{ended}: option search=10 looks for a collapse state"
     is_history_alone = v["method"] in ("", "incremental")
-    return f"{ended}: method 'coulomb' looks for one in other ways" if is_history_alone else ended
+    return (
+        f"{ended}: method 'coulomb' looks for a collapse state in other ways" if is_history_alone else ended
+    )
 
 
 def _bracket(v: dict[str, Any]) -> str:
     """Return the bounds of the least load factor as inequalities."""
-    # Bounds below zero are zero but for rounding. Adding 0.0 removes the sign of a negative zero.
+    # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return text on the limits of rates and forces that method "global" assumes."""
+    """Return text on the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces up to ten times all loads"] if v["forces"] else []
     return f"{' and '.join(limits)}, limits that had to be assumed"
@@ -300,7 +302,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"that exclude each other, {counted(v['kinematic_cuts'], 'set')} of which at least one must move)"
     ),
     Code.CARRIES_ANY: (
-        "proven: forces within friction carry any multiple of the live load; not proven: that no collapse "
+        "proven: forces within friction carry any multiple of the live load; not proven is that no collapse "
         "state exists, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
@@ -315,10 +317,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: (
-        "the load factor of the loop exceeded the associative one by {by:.1e}; the latter is reported"
+        "the load factor of the loop exceeded the associative one by {by:.1e}; the associative one is given"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
-        "the associative answer already obeys the joints' own flow rule; to look for a lower one, "
+        "the associative answer already obeys the joints' own flow rule; to look for a lower load factor, "
         + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (
@@ -347,10 +349,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: _undecided_history,
     Code.CARRIES_MORE: lambda v: (
         f"as the live load grows from rest, it reaches λ = {numeral(v['carried'], '.6g')} without a "
-        "collapse: a lower collapse state exists, but the load history does not lead to it"
+        "collapse: a collapse state with a lower λ exists, but the load history does not lead to it"
     ),
     Code.DILATANCY_FALLS: (
-        "not computed, because dilatancy falls with stress: only the loop of linear programs can follow it"
+        "not computed, because only the loop of linear programs supports dilatancy that falls with stress"
     ),
     Code.COLLAPSE: lambda v: (
         f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
@@ -365,7 +367,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{counted(v['steps'], 'step')}"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}, because it takes long: use method 'incremental'"
+        f"not computed for {_joints_or_points(v)}, because load histories take long: use method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"
@@ -380,7 +382,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"stiffness of contacts, {_ranged(v['stress'])} with random self-stress"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
-    Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
+    Code.LOCAL_MINIMUM: "the answer is a local minimum, with products z p of at most ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop that computes the start failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: "no relaxed program was solved: give a smaller 'epsilon', or a result as 'start'",
@@ -390,11 +392,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "equilibrium does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
-        f"lower states were searched for from {counted(v['candidates'], 'start')}"
+        f"states with a lower λ were searched for from {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",
-    Code.NO_TIME: "the search ended before an exact state was found: increase its time with 'search'",
+    Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven, because the answer exceeds {_imposed(v)}",
@@ -414,7 +416,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
     Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
-    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: change 'steps'",
+    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
     Code.FRICTION_HIGH: friction_high,
     Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (

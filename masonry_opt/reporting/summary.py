@@ -57,7 +57,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """Return the facts on a result other than its load factors and status, as text by label."""
+    """Return texts by label on everything in a result other than its load factors and status."""
     known = {
         "why": _why(result),
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
@@ -75,7 +75,7 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _says_why_not_incremental(result: Outcome) -> bool:
-    """Return True if a scene has no load factor, but is stable under dead load and has a load history."""
+    """Return True if a stable scene has no load factor, so that the incremental analysis is described."""
     return result.load_factor is None and result.status is not Status.UNSTABLE
 
 
@@ -85,7 +85,7 @@ def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
 
 
 def _why(result: Outcome) -> str:
-    """Return the reason why no load factor exists, or why the live load does no work at the load factor.
+    """Return the reasons for a missing load factor, or for a collapse without work of the live load.
 
     Reasons that describe the analysis only are left out, unless there are no others.
     """
@@ -106,7 +106,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and text on how many blocks move and how many joints slide, hinge, open or crush.
+    """Return a label, and text with the numbers of moving blocks and of joints by kind of motion.
 
     The value is None if no motion is known.
     """
@@ -129,7 +129,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return text on the ties and props: those that yield come first, each with its force.
+    """Return text on ties and props with their forces; ties and props that yield come first.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
@@ -310,7 +310,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text; "" without bounds other than the answer."""
+    """Return the bounds of the least load factor as text; "" if only the answer is known."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -319,7 +319,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return text on the numbers of solved programs and solver iterations, or else of load steps."""
+    """Return text on the numbers of solved programs and of solver iterations or load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""

@@ -40,7 +40,7 @@ _results: TextIO | None = None
 
 @contextmanager
 def results_alone() -> Iterator[None]:
-    """Reserve standard output for the functions of this module; all other output goes to standard error.
+    """Reserve standard output for the functions of this module, and send all other output to standard error.
 
     Other output is that of solvers, for example.
     """
@@ -104,7 +104,7 @@ def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]
     if not console.is_terminal:
         yield lambda _: None
         return
-    # On a narrow terminal, the line is truncated and not wrapped.
+    # On a narrow terminal the line is truncated instead of wrapped.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
     columns = SpinnerColumn(), TimeElapsedColumn(), text
     with Progress(*columns, console=console, transient=True, expand=True) as progress:
@@ -142,14 +142,14 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
         table.add_row(*(_cell(str(column), value) for column, value in record.items()))
-    # With a fixed width, a table looks the same in a pipe, in a file and on a terminal.
+    # The width is fixed, so that a table is equal in a pipe, in a file and on a terminal.
     text = io.StringIO()
     Console(file=text, width=150).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
 def _cell(column: str, value: object) -> str:
-    """Return a value as the text of a table cell; the column name determines the number format."""
+    """Return a value as the text of a table cell, in a number format that depends on the column."""
     # The module of sentences imports the problem with much of SciPy, which takes long. The list of commands,
     # which imports this module, must not wait for it.
     from masonry_opt.reporting.sentences import numeral

@@ -7,7 +7,7 @@ from math import inf
 
 
 class Kind(StrEnum):
-    """Kinds of answer. The kind decides which limits the residuals of an answer must meet."""
+    """Kinds of answers. The kind determines the limits that the residuals of an answer must not exceed."""
 
     #: An optimum of eq. (9) or eq. (10).
     ASSOCIATIVE = "associative"
@@ -28,9 +28,9 @@ class Kind(StrEnum):
     #: the complementarity that the last relaxation permits (about 1e-8 by default).
     RELAXED = "relaxed"
     #: Answer of the incremental analysis: an exact state, or the last equilibrium of the load history with
-    #: the motion of the collapse. Only the forces must meet limits; the motion is shown without a limit.
+    #: the motion of the collapse. Only residuals of forces have limits; residuals of the motion have none.
     INCREMENTAL = "incremental"
-    #: A state of forces and a mechanism that meet every condition up to rounding.
+    #: A state whose forces and mechanism satisfy every condition up to rounding errors.
     EXACT = "exact"
 
 
@@ -38,12 +38,13 @@ class Kind(StrEnum):
 class Limits:
     """Largest residuals that an answer may have, for the whole scene and for each block and joint."""
 
-    equilibrium: float  #: limit of the certificate's ``equilibrium``
-    yield_: float  #: limit of the certificate's ``yield_``
-    flow: float  #: limit of the certificate's ``flow``
-    #: Limit of the certificate's ``complementarity``, relative to |λ| or ``SMALLEST``, whichever is larger.
+    equilibrium: float  #: limit of the certificate's residual ``equilibrium``
+    yield_: float  #: limit of the certificate's residual ``yield_``
+    flow: float  #: limit of the certificate's residual ``flow``
+    #: Limit of the certificate's residual ``complementarity``, divided by |λ| or by ``SMALLEST``, whichever
+    #: is larger.
     complementarity: float
-    #: Limit of the work of unbalanced forces in units of λ, relative to |λ| or ``SMALLEST``, whichever is
+    #: Limit of the work of unbalanced forces in units of λ, divided by |λ| or by ``SMALLEST``, whichever is
     #: larger.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block

@@ -23,7 +23,7 @@ _SMALLEST_FORCE = 1e-4
 
 @dataclass(frozen=True)
 class Certificate:
-    """Residuals of a load factor λ, joint forces q and block velocities d; an exact state has zeros.
+    """Residuals of a state: load factor λ, joint forces q and velocities d. An exact state has zeros.
 
     Attributes
     ----------
@@ -61,8 +61,8 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Divide rates of sliding by max(1, μ) / max(1, slope). Without this divisor, at μ = 1e6, a slip of 1e-14
-    # (rounding) would count as an energy of 1e-8 of a force.
+    # Divide rates of sliding by max(1, μ) / max(1, slope). Otherwise a slip of 1e-14 (a rounding error) at μ
+    # = 1e6 would count as an energy of 1e-8 times a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -93,7 +93,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return, for each joint, the largest force on its less loaded movable block, shape (c,).
+    """Return the largest force on the less loaded movable block of each joint, shape (c,).
 
     ``acting`` is the largest force on each block, shape (b,).
     """
@@ -201,7 +201,7 @@ class Existence(StrEnum):
 
     @property
     def proven(self) -> bool:
-        """True if the statement proves that no load factor λ ≥ 0 exists."""
+        """True if the statement is a proof that no load factor λ ≥ 0 exists."""
         return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
 
 
@@ -246,7 +246,7 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, both divided by Σ|f_L|.
+    """Return the residuals of B q + f_L = 0 and C(slope) q ≥ 0, each divided by Σ|f_L|.
 
     The joint forces q have shape (3c,). Faces (yield conditions) for which ``still``
     (faces,) is true may violate the second condition.
@@ -257,7 +257,7 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the larger of :func:`ray_residuals` under the joints' own flow rule.
+    """Return the larger one of the residuals by :func:`ray_residuals`, with the joints' own flow rule.
 
     A residual of zero shows that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
     """

@@ -25,7 +25,7 @@ def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """Return a table of the rows, or of the named columns, in which −0.0 is replaced by 0.0."""
+    """Return a table from rows or from named columns; −0.0 is replaced by 0.0."""
     # Pandas is imported here because its import takes a quarter of a second and few analyses need a table.
     import pandas as pd
 
@@ -128,7 +128,7 @@ def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return joint forces (3c + t,), their rates, and block velocities (3b,); NaN if not known."""
+    """Return joint forces (3c + t,), their rates, and block velocities (3b,); unknown values are NaN."""
     B = assembly.problem.B
     no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)
     q = no_forces if solution.q is None else solution.q
@@ -136,7 +136,7 @@ def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarr
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
-    """Return one column for each axis of vectors, shape (rows, 2) or (rows, 3); names are prefix and axis."""
+    """Return one column for each axis of vectors (rows, 2) or (rows, 3), named by a prefix and the axis."""
     return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
 
 
@@ -211,7 +211,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
     # If a corner rests on an edge, both contact points of the joint coincide and the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
-    # Forces below this value are rounding. A limit below this value is replaced by the value.
+    # Forces below this value count as rounding errors, and smaller limits are replaced by this value.
     rounding = IDLE * (np.abs(n).max() or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     # Largest moment that a joint can carry, expressed as the difference of the normal forces at its two

@@ -15,7 +15,7 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    displacement: float  #: work of the live load / Σ|f_L|, in units of the elastic displacement
+    displacement: float  #: work of the live load divided by Σ|f_L|, in units of the elastic displacement
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that press and are at their friction limit, shape (c,)
     #: True for contacts without normal force (in the plane: joints with an open end), shape (c,).
@@ -40,7 +40,7 @@ class LoadHistory:
 
     @cached_property
     def displacements(self) -> np.ndarray:
-        """Displacement of the live load at each step, in elastic displacements, shape (steps,)."""
+        """Displacement of the live load's points at each step, in elastic displacements, shape (steps,)."""
         return np.array([step.displacement for step in self.steps])
 
     @property

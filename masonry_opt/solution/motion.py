@@ -17,7 +17,7 @@ from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES
 class JointMotion:
     """Kinds of motion of the joints in a mechanism."""
 
-    slides: np.ndarray  #: True if a joint slips while it touches and does not crush, shape (joints,)
+    slides: np.ndarray  #: True if a joint slips while its sides touch and it does not crush, shape (joints,)
     #: True if a joint opens about one edge (in space, about the points that still touch), shape (joints,).
     hinges: np.ndarray
     #: Point about which the joint hinges: an edge or a corner (in space, the mean of the points that touch).
@@ -28,7 +28,7 @@ class JointMotion:
 
 
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
-    """Return the joints that slide, hinge, separate and crush, in a solution that has a mechanism.
+    """Return the joints that slide, hinge, separate and crush in the mechanism of a solution.
 
     - Opening that the flow rule of the answer demands is not counted.
     - Thresholds are relative to ``speed``, by default the speed of the mechanism's fastest corner.
@@ -51,7 +51,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     motion = problem.motion(solution.d)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
     speed = speed or fastest(assembly, solution.d)
-    # Opening of each contact point, less the opening that the flow rule demands.
+    # Opening of each contact point minus the opening that the flow rule requires.
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)

@@ -38,7 +38,7 @@ _BALANCED = 1e-8
 
 
 def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
-    """Return True if it is proven that the scene collapses at no other load factor above zero.
+    """Return True if it is proven that no other load factor above zero can cause collapse.
 
     The proof does not use the known collapse state at this load factor.
     """

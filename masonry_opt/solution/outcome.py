@@ -182,7 +182,7 @@ class Outcome:
         return f"{type(self).__name__}({attributes})"
 
     def __getattr__(self, name: str) -> Any:
-        """Raise AttributeError. For a former name of an attribute, the message states the present name."""
+        """Raise AttributeError; if the name is a former name, the message states the present one."""
         if name in _FORMER_NAMES:
             raise AttributeError(f"'{name}' is now called '{_FORMER_NAMES[name]}'")
         raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
@@ -340,7 +340,7 @@ class Outcome:
 
     @property
     def incremental_reasons(self) -> tuple[Reason, ...]:
-        """Reasons why the load history ended, or why there is no incremental load factor."""
+        """Reasons why the load history ended, or why the incremental load factor does not exist."""
         return self.at_incremental.reasons if self.at_incremental else ()
 
     @cached_property
@@ -387,7 +387,7 @@ class Outcome:
 
     @property
     def range(self) -> tuple[float | None, float | None]:
-        """Lower and upper bound of the least load factor with the joints' own flow rule; None if unknown.
+        """Lower and upper bound of the least λ with the joints' own flow rule; None if not known.
 
         The lower bound is proven without assumptions. The upper bound is λ if λ is exact, else the
         associative load factor.
@@ -416,7 +416,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem with the friction and strength laws that limit the solution's forces."""
+        """Problem whose friction and strength laws are those that limit the forces of the solution."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property

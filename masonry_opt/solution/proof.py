@@ -26,7 +26,7 @@ REACH = 1e6
 
 @dataclass(frozen=True, eq=False)
 class StaticConflict:
-    """Conditions that cannot be at yield together at any load factor from 0 to the bound.
+    """Yield conditions that no state with a load factor from 0 to the bound can have at yield together.
 
     The multipliers are a motion with Bᵀd = C(μ)ᵀp and p ≥ 0 on all other conditions. Every state of
     equilibrium has z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so that a
@@ -39,13 +39,13 @@ class StaticConflict:
 
     @property
     def clause(self) -> list[int]:
-        """The clause in DIMACS numbering: at least one of the conditions does not move."""
+        """Clause in DIMACS numbering, which states that at least one of the conditions does not move."""
         return [-(int(condition) + 1) for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Conditions of which one moves in every mechanism that a load factor up to the bound can drive.
+    """Yield conditions of which at least one moves in every mechanism that a λ up to the bound can drive.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0
@@ -59,13 +59,13 @@ class KinematicConflict:
 
     @property
     def clause(self) -> list[int]:
-        """The clause in DIMACS numbering: at least one of the conditions moves."""
+        """Clause in DIMACS numbering, which states that at least one of the conditions moves."""
         return [int(condition) + 1 for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class EnergyBound:
-    """Least value of (μ − tan ψ) n of a joint that slides, over all states from λ = 0 to the bound.
+    """Lower bound of (μ − tan ψ) n in a sliding joint, for all states with λ from 0 to the bound.
 
     The multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp and p ≥ 0
     on all conditions but the joint's own, which is at yield where the joint slides.
@@ -84,33 +84,33 @@ Conflict = StaticConflict | KinematicConflict
 class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
-    bound: float  #: load factor below which no state exists
-    load_factor: float  #: least load factor of the exact states that are known
-    conditions: int  #: number of yield conditions, and of Boolean variables
-    conflicts: tuple[Conflict, ...]  #: clauses that no assignment satisfies, with their multipliers
-    energy_bounds: tuple[EnergyBound, ...]  #: least friction that the kinematic conflicts rely on
-    #: Pairs of conditions that are the two senses of sliding of one joint, shape (pairs, 2). The flow rule
-    #: lets a joint slide in one sense at a time, which is one more clause for each pair.
+    bound: float  #: load factor up to which the proof excludes all collapse states
+    load_factor: float  #: lowest load factor of the known exact states
+    conditions: int  #: number of yield conditions, each of which is one Boolean variable
+    conflicts: tuple[Conflict, ...]  #: conflicts, with multipliers; no assignment satisfies all their clauses
+    energy_bounds: tuple[EnergyBound, ...]  #: lower bounds of friction that the kinematic conflicts use
+    #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule a joint slides
+    #: in only one sense at a time, so that each pair is one more clause.
     senses: np.ndarray
 
     def clauses(self) -> list[list[int]]:
-        """Return all clauses in DIMACS numbering: of the conflicts, then of the two senses of sliding."""
+        """Return the clauses of conflicts, then those of the two senses of sliding, in DIMACS numbering."""
         own = [conflict.clause for conflict in self.conflicts]
         return own + [[-(int(one) + 1), -(int(other) + 1)] for one, other in self.senses]
 
     def to_dimacs(self) -> str:
-        """Return the clauses as a file in DIMACS format, for any SAT solver: unsatisfiable."""
+        """Return the clauses in DIMACS format. Any SAT solver can show that they are unsatisfiable."""
         clauses = self.clauses()
         lines = [
             f"c no collapse state of this masonry structure has a load factor in [0, {self.bound!r}]",
-            "c variable i is true where yield condition i moves",
+            "c variable i is true if yield condition i moves",
             f"p cnf {self.conditions} {len(clauses)}",
         ]
         lines += [" ".join(map(str, [*clause, 0])) for clause in clauses]
         return "\n".join(lines) + "\n"
 
     def to_json(self) -> str:
-        """Return the proof as JSON. Every number is written with all its digits."""
+        """Return the proof as JSON text, in which every number has all its digits."""
         table: dict[str, Any] = {
             "format": FORMAT,
             "bound": self.bound,
@@ -129,10 +129,10 @@ class Proof:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a proof from a file. Raise ValueError if the file is of another format."""
+        """Read a proof from a file. Raises ValueError if the file has another format."""
         table = json.loads(Path(path).read_text(encoding="utf-8"))
         if not isinstance(table, dict) or table.get("format") != FORMAT:
-            raise ValueError(f"{path}: not a proof of format {FORMAT}: write it again with Proof.save")
+            raise ValueError(f"{path}: not a proof of format {FORMAT}: write the proof again with Proof.save")
         static = [StaticConflict(**_as_arrays(one)) for one in table["static"]]
         kinematic = [KinematicConflict(**_as_arrays(one)) for one in table["kinematic"]]
         return cls(
@@ -146,12 +146,12 @@ class Proof:
 
 
 def _as_table(record: Conflict | EnergyBound) -> dict[str, Any]:
-    """Return the fields of a record, arrays as lists."""
+    """Return the fields of a record, with arrays converted to lists."""
     return {name: of.tolist() if isinstance(of, np.ndarray) else of for name, of in vars(record).items()}
 
 
 def _as_arrays(table: dict[str, Any]) -> dict[str, Any]:
-    """Return the fields of a record, lists as arrays; indices are integers, all other entries floats."""
+    """Return the fields of a record, with lists converted to arrays of indices or of floats."""
     types = {"conditions": int}
     return {
         name: np.array(of, dtype=types.get(name, float)) if isinstance(of, list) else of

@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Status(StrEnum):
-    """Status of an analysis at its end; only the first two statuses come with a load factor."""
+    """Status in which an analysis ended. Only the first two statuses have a load factor."""
 
     OPTIMAL = "optimal"
     CONVERGED = "converged"
@@ -46,156 +46,189 @@ class Status(StrEnum):
 class Code(StrEnum):
     """Codes of reasons and warnings; the comment on each code lists the values of its message."""
 
-    # First group of codes: reasons of all methods why no load factor exists. The only value of "falls" is
-    # blocks, the blocks that fall.
-    FALLS = "falls"  # blocks
-    HANGS = "hangs"  # blocks: the blocks that fall and that no joint supports from below
-    # blocks: the blocks that fall even if no joint can slide
+    # First group of codes: reasons of all methods why no load factor exists. Value: ``blocks``, the blocks
+    # that fall.
+    FALLS = "falls"
+    # Value: ``blocks``, the falling blocks that no joint supports from below.
+    HANGS = "hangs"
+    # Value: ``blocks``, the blocks that would fall even if no joint could slide.
     NO_FRICTION_HOLDS = "no friction holds"
-    # pairs: blocks of the joints that slide; factor: multiplier of all friction with which the scene is
-    # stable, None if unknown; above: the largest such multiplier with which the scene is known to fall;
-    # hangs: True if one of the blocks has no support from below
+    # Values: ``pairs``, the two blocks of each joint that slides; ``factor``, multiplier of all friction
+    # coefficients with which the scene is stable (None if unknown); ``above``, the largest multiplier that is
+    # known to be too small; ``hangs``, True if no joint supports one of the blocks from below.
     FRICTION_WOULD_HOLD = "friction would hold"
     STRENGTH_WOULD_HOLD = "strength would hold"
-    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word, ratio
-    WEDGED = "wedged"  # load_factor: λ of the withdrawn answer, or None; blocks: blocks that move
-    BELOW_ZERO = "below zero"  # load_factor: λ of a collapse state that the scene does not reach from rest
-    SOLVER_STOPPED = "solver stopped"  # word: status of the solver
-    STOPPED_SHORT = "stopped short"  # word: status of a solver that returned an answer outside its tolerance
+    # Values: ``word``, status of the last solver; ``ratio``, largest over smallest dead load of a block.
+    DEAD_LOAD_UNDECIDED = "dead load undecided"
+    # Values: ``load_factor``, λ of the withdrawn answer, or None; ``blocks``, the blocks that move.
+    WEDGED = "wedged"
+    # Value: ``load_factor``, λ (zero or less) of a collapse state that the scene does not reach from rest.
+    BELOW_ZERO = "below zero"
+    SOLVER_STOPPED = "solver stopped"  # Value: ``word``, status of the solver
+    # Value: ``word``, status of a solver that returned an answer outside its tolerance.
+    STOPPED_SHORT = "stopped short"
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"
-    # static_cuts, kinematic_cuts: numbers of static and of kinematic cuts in the proof
+    # Values: ``static_cuts`` and ``kinematic_cuts``, the numbers of both kinds of cuts in the proof.
     NO_COLLAPSE = "no collapse"
     CARRIES_ANY = "carries any"
-    CLAMPED = "clamped"  # pairs: blocks of the joints in self-stress
-    # status: status of the analysis; pairs: blocks of the joints that keep the live load from causing
-    # collapse
+    # Value: ``pairs``, the two blocks of each joint in self-stress.
+    CLAMPED = "clamped"
+    # Values: ``status`` of the analysis; ``pairs``, the two blocks of each joint that keeps the live load
+    # from causing collapse.
     JOINTS = "joints"
-    # fixed: True if equilibrium alone determines all forces, so that no other load factor above zero is
-    # possible; against: True if the mechanism moves against the live load
+    # Values: ``fixed``, True if equilibrium alone determines all forces, so that no other load factor above
+    # zero is possible; ``against``, True if the mechanism moves against the live load.
     NO_WORK = "no work"
-    NOT_CERTIFIED = "not certified"  # load_factor, residuals
+    # Values: ``load_factor``, λ of the rejected answer; ``residuals`` that exceed their limits.
+    NOT_CERTIFIED = "not certified"
 
-    # The loop of linear programs.
-    ABOVE_ASSOCIATIVE = "above associative"  # by: excess of λ over the associative load factor
+    # The loop of linear programs. Value: ``by``, the excess of λ over the associative load factor.
+    ABOVE_ASSOCIATIVE = "above associative"
     FLOW_RULE_IDLE = "flow rule idle"
-    # count: number of sub-problems; lowest, highest: smallest and largest λ of the last sub-problems
+    # Values: ``count``, the number of sub-problems; ``lowest`` and ``highest`` λ of the last sub-problems.
     STILL_CHANGES = "still changes"
-    GROWS = "grows"  # load_factor: λ of the last sub-problem; count: number of sub-problems
-    # period: number of sub-problems in a cycle; lowest, highest: smallest and largest λ in the cycle; exact:
-    # True if the loop ends with an exact state
+    # Values: ``load_factor``, λ of the last sub-problem; ``count``, the number of sub-problems.
+    GROWS = "grows"
+    # Values: ``period``, the number of sub-problems in a cycle; ``lowest`` and ``highest`` λ in the cycle;
+    # ``exact``, True if the loop ends with an exact state.
     REPEATS = "repeats"
-    # number: index of the failed sub-problem; word: status of the solver
+    # Values: ``number`` of the failed sub-problem; ``word``, status of the solver.
     SUB_PROBLEM_FAILED = "sub-problem failed"
-    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number: of the sub-problem
-    # first: status of the first run; remedies: changes made in the repeated runs; in_vain: True if all
-    # repeated runs failed
+    # Value: ``number`` of the sub-problem that has no equilibrium state.
+    SUB_PROBLEM_EMPTY = "sub-problem empty"
+    # Values: ``first``, status of the first run; ``remedies``, the options that were changed in the repeated
+    # runs; ``in_vain``, True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
-    # load_factor: lowest λ of a sub-problem that is verified by the state of the sub-problem; None without
-    # such a sub-problem
+    # Value: ``load_factor``, lowest λ of a sub-problem whose own state verifies it; None without such a
+    # sub-problem.
     LEAST_BORNE_OUT = "least borne out"
 
-    # First code of the incremental analysis. Its values are steps, jumps: numbers of load steps and of jumps
-    # in a load history that ends in an exact state.
+    # First code of the incremental analysis. Values: ``steps`` and ``jumps``, the numbers of load steps and
+    # of jumps in a load history that ends in an exact state.
     COLLAPSE = "collapse"
-    # steps, jumps: numbers of load steps and jumps; carried, not_carried: load factors between which
-    # equilibrium is lost
+    # Values: ``steps`` and ``jumps``, numbers as for "collapse"; ``carried`` and ``not_carried``, the load
+    # factors between which equilibrium is lost.
     RANGE = "range"
-    UNBOUNDED = "unbounded"  # steps: number of load steps of a load history without an end
-    # word: description of the end of the load history; steps: number of load steps; looped: True if the loop
-    # also found no collapse; searched: True if a search found none
+    # Value: ``steps``, the number of load steps of a load history without an end.
+    UNBOUNDED = "unbounded"
+    # Values: ``word``, how the load history ended; ``steps``, the number of load steps; ``looped``, True if
+    # the loop of linear programs also found no collapse; ``searched``, True if a search found no collapse
+    # state.
     UNDECIDED = "undecided"
-    # carried: largest load factor of a load history without an end, above that of the answer
+    # Value: ``carried``, the largest load factor of a load history without an end, which exceeds λ of the
+    # answer.
     CARRIES_MORE = "carries more"
     DILATANCY_FALLS = "dilatancy falls"
-    # joints (in space: contacts): number of joints or contacts, which is too large for a load history
+    # Value: ``joints`` (in space ``contacts``), a number that is too large for a load history.
     NOT_COMPUTED = "incremental not computed"
-    # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: range of the
-    # incremental load factor with random stiffnesses and with random self-stresses, or None; without: number
-    # of load histories without an end
+    # Values: ``draws``, the number of random stiffnesses, and of random self-stresses; ``stiffness`` and
+    # ``stress``, the range of the incremental load factor in each case, or None; ``without``, the number of
+    # load histories without a collapse.
     SPREAD = "spread"
-    CURVE = "curve"  # states, jumps: numbers of load steps and of jumps among them
+    # Values: ``states``, the number of load steps; ``jumps``, the number of jumps among the load steps.
+    CURVE = "curve"
 
-    # The MPEC.
-    LOCAL_MINIMUM = "local minimum"  # epsilon
+    # The MPEC. Value: ``epsilon``, the largest permitted product z p.
+    LOCAL_MINIMUM = "local minimum"
     START_FAILED = "start failed"
-    RELAXATION_STOPPED = "relaxation stopped"  # word, epsilon
+    # Values: ``word``, status of IPOPT; ``epsilon`` of the program that failed.
+    RELAXATION_STOPPED = "relaxation stopped"
     NOTHING_SOLVED = "nothing solved"
 
-    # First code of the search for lower states. Its values are candidates: number of starts; count: number of
-    # different exact states found; least, most: smallest and largest load factor of these states.
+    # First code of the search for lower load factors. Values: ``candidates``, the number of starts;
+    # ``count``, the number of different exact states found; ``least`` and ``most``, the smallest and largest
+    # of their load factors.
     STATES_MET = "states met"
-    FEW_STARTS = "few starts"  # candidates: number of starts, which all led to one load factor
-    SEARCHED = "searched"  # candidates: number of starts; interrupted: True if the user ended the search
+    # Value: ``candidates``, the number of starts, which all led to one load factor.
+    FEW_STARTS = "few starts"
+    # Values: ``candidates``, the number of starts; ``interrupted``, True if the user ended the search.
+    SEARCHED = "searched"
     NOT_FOUND = "no exact state near the forces"
     NO_TIME = "no time"
 
-    # First code of method "global". All its codes have the values bound: lower bound of λ; load_factor: λ of
-    # the answer; rates: largest sum of rates for which the bound is valid, or None; forces: True if the bound
-    # assumes a limit of normal forces.
+    # First code of method "global". All its codes have the values ``bound``, the lower bound of λ;
+    # ``load_factor``, λ of the answer; ``rates``, the largest sum of rates for which the bound is valid, or
+    # None; ``forces``, True if the bound assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
     TOUCHES_IMPOSED = "touches imposed"
-    OUT_OF_TIME = "out of time"  # also time_limit
-    OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit
-    NO_EXACT_STATE = "no exact state"  # time_limit
+    # An additional value is ``time_limit``, in seconds.
+    OUT_OF_TIME = "out of time"
+    # An additional value is ``time_limit``, in seconds.
+    OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
+    NO_EXACT_STATE = "no exact state"  # Value: ``time_limit``, in seconds
 
     # First code of the finite motion of a mechanism after the onset of collapse. The codes name events of the
     # motion and reasons for its end.
     REACHES_ZERO = "reaches zero"
-    JOINT_CLOSES = "joint closes"  # pairs
-    JOINT_OPENS = "joint opens"  # pairs
-    # associative: associative load factor, None if unlimited; pairs: blocks of the joints that slide at the
-    # onset of collapse; turning: in space, λ at which a single body turns
+    # Value: ``pairs``, the two blocks of the joint.
+    JOINT_CLOSES = "joint closes"
+    JOINT_OPENS = "joint opens"  # Value: ``pairs``, the two blocks of the joint
+    # Values: ``associative`` load factor, None if unlimited; ``pairs``, the two blocks of each joint that
+    # slides at the onset of collapse; ``turning``, in space λ at which a single body rotates.
     NOT_HINGING = "not hinging"
-    JOINTS_SLIDE = "joints slide"  # pairs
-    BLOCKS_MEET = "blocks meet"  # blocks
+    # Value: ``pairs``, the two blocks of each joint that slides.
+    JOINTS_SLIDE = "joints slide"
+    # Value: ``blocks``, the blocks that meet where there is no joint.
+    BLOCKS_MEET = "blocks meet"
     LOCKS = "locks"
     BRANCHES = "branches"
-    STILL_CARRIES = "still carries"  # steps
+    # Value: ``steps``, the number of states that were computed.
+    STILL_CARRIES = "still carries"
     FORCES_UNDECIDED = "forces undecided"
 
-    # First warning about a property of the scene that looks unintended. In all warnings, pairs are the blocks
-    # of joints. In the first two warnings, no pairs mean the default values of all joints.
-    FRICTION_HIGH = "friction high"  # friction, pairs
-    DILATANCY_LOW = "dilatancy low"  # dilatancy, friction, pairs
-    IDLE_SUPPORTS = "idle supports"  # blocks
-    HELD_BY_CLAMPING = "held by clamping"  # pairs
-    # blocks: blocks far away; distance: their distance from all other blocks; size: size of the group of all
-    # other blocks
+    # First warning about a property of the scene that looks unintended. In all warnings, ``pairs`` are the
+    # two blocks of each joint. In the first two warnings, empty ``pairs`` stand for the default values of all
+    # joints. Values: ``friction``, ``pairs``.
+    FRICTION_HIGH = "friction high"
+    # Values: ``dilatancy``, ``friction``, ``pairs``.
+    DILATANCY_LOW = "dilatancy low"
+    # Value: ``blocks``, the supports without function.
+    IDLE_SUPPORTS = "idle supports"
+    # Value: ``pairs``, the two blocks of each joint that transfers friction only because of self-stress.
+    HELD_BY_CLAMPING = "held by clamping"
+    # Values: ``blocks``, the blocks far away; ``distance`` from all other blocks; ``size``, the extent of all
+    # other blocks.
     FAR_AWAY = "far away"
-    # blocks: blocks with another unit weight; ratio: unit weight of the first block over the median; median:
-    # median of all unit weights; per_area: True if unit weights are per area (in the plane without a
-    # thickness)
+    # Values: ``blocks`` with another unit weight; ``ratio``, unit weight of the first of them over the
+    # median; ``median`` of all unit weights; ``per_area``, True if unit weights are per area (in the plane
+    # without a thickness).
     WEIGHTS_DIFFER = "weights differ"
-    # fill: number of the fill, from 1; backing: True if the fill's backing is meant; unit_weight: unit weight
-    # of the fill or backing; beside: "blocks" or "fill", with which unit_weight is compared; other: unit
-    # weight of these blocks or this fill
+    # Values: ``fill``, number of the fill, from 1; ``backing``, True if the fill's backing is meant;
+    # ``unit_weight`` of the fill or backing; ``beside``, "blocks" or "fill", with which ``unit_weight`` is
+    # compared; ``other``, the unit weight of these blocks or this fill.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
-    # kind: "tie" or "prop"; name: its name; key: "strength" or "prestress"; value: its strength or prestress;
-    # weight: weight of a median block, or the sum of all dead loads if the value is too large
+    # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
+    # ``value`` of the strength or prestress; ``weight`` of a median block, or the sum of all dead loads if
+    # the value is too large.
     STRENGTH_DIFFERS = "strength differs"
-    # pairs: blocks on both sides of a gap; widths: widths of the gaps; tolerance: tolerance that closes all
-    # gaps and aligns the joints
+    # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``tolerance`` that closes
+    # all gaps and aligns the joints.
     SMALL_GAPS = "small gaps"
-    # pairs: blocks of the joints that alignment turned; turn: largest rotation, in radians; tolerance:
-    # tolerance of the scene
+    # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
+    # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"
-    # pairs: blocks of joints that are nearly parallel to other joints; angle: the largest angle, in radians;
-    # tolerance: tolerance that aligns these joints
+    # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
+    # largest angle between them, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
-    CORNERS_MEET = "corners meet"  # pairs: names of blocks
-    WITHOUT_NORMAL = "without normal"  # pairs: names of blocks in space
-    FACES_TURNED = "faces turned"  # blocks: names of solids
-    # pairs: blocks of the joints; normal_forces: normal force of each joint, largest first
+    # Value: ``pairs``, names of blocks that meet only at corners.
+    CORNERS_MEET = "corners meet"
+    # Value: ``pairs``, names of blocks in space that touch without a common normal.
+    WITHOUT_NORMAL = "without normal"
+    # Value: ``blocks``, names of solids whose faces were reversed.
+    FACES_TURNED = "faces turned"
+    # Values: ``pairs``, the two blocks of each joint at a corner; ``normal_forces`` of the joints, largest
+    # first.
     CORNERS_BEAR = "corners bear"
-    BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1; length
-    AXLES_LEFT_OUT = "axles left out"  # names: names of the groups of axles
-    # load: "live" or "dead"; blocks: blocks with a force outside; distance: distance of the first such force
-    # from its block
+    # Values: ``number`` of the edge load, from 1; ``length`` without effect.
+    BARE_EDGE_LOAD = "bare edge load"
+    AXLES_LEFT_OUT = "axles left out"  # Value: ``names`` of the groups of axles
+    # Values: ``load``, "live" or "dead"; ``blocks`` with a force outside; ``distance`` of the first such
+    # force from its block.
     ACTS_OUTSIDE = "acts outside"
-    # load: "live" or "dead"; blocks: blocks with an unusual force; ratio: force on the first block over its
-    # weight
+    # Values: ``load``, "live" or "dead"; ``blocks`` with an unusual force; ``ratio`` of the force on the
+    # first of them to its weight.
     FORCES_DIFFER = "forces differ"
 
 
@@ -220,7 +253,7 @@ class Reason:
     """Reason or warning: a code, and the values that its message needs."""
 
     code: Code  #: the code
-    #: Values under the names in the comments of ``Code``.
+    #: Values of the reason by name; the comments in ``Code`` describe them.
     values: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
@@ -234,5 +267,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of ``joints`` of a problem (in space, of ``contacts``) as a value of a reason."""
+    """Return the number of ``joints`` (in space, ``contacts``) of a problem, for the values of a reason."""
     return {problem.layout.called: problem.joints}

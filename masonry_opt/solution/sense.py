@@ -84,7 +84,7 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names supports without function; return no warning if all have one.
+    """Return a warning that names the supports without function, or no warning if there are none.
 
     A support has a function if it has a joint to a movable block, carries fill, or is an end of a tie or
     prop.
@@ -146,7 +146,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the live load has no limit, crushing of corners may limit it in reality.
+        # If the analysis finds no limit of the live load, crushing of corners may be the limit in reality.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -171,7 +171,7 @@ def _loads(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _far_away(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names groups of blocks far away from all other blocks.
+    """Return a warning that names groups of blocks that are far away from all other blocks.
 
     Blocks linked by joints form a group. A group is far away if it is far from the bounding box of all other
     groups.
@@ -202,7 +202,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
 
 
 def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about forces that act outside of the convex hulls of their blocks.
+    """Yield warnings about forces that act outside the convex hulls of their blocks.
 
     Forces at a block's own ``weight_at`` are not checked: the centroid of a curved stone may be outside of
     its straight edges.
@@ -305,7 +305,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
 def _differing(
     assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: object
 ) -> list[Reason]:
-    """Return a reason that names the blocks with an extreme ratio, the most extreme first.
+    """Return a reason that names the blocks whose ratio is extreme, with the most extreme first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``.
     """

@@ -28,7 +28,7 @@ class LogEntry:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Outcome of a method: status, answer and reasons, in the problem's dimensionless units."""
+    """Outcome of a method: status, answer and reasons, in the dimensionless units of the problem."""
 
     status: Status  #: end of the analysis
     kind: Kind  #: kind of answer, which decides the limits of its residuals
@@ -38,18 +38,18 @@ class Solution:
     flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
     exact_end: bool = False  #: True if the loop ended with forces that obey the true law exactly
     history: tuple[Any, ...] = ()  #: one record for each step of the method
-    #: True if no mechanism that was tried in the search lowers λ; None if not known.
+    #: True if no mechanism that the search tried leads to a lower λ; None if this is not known.
     stationary: bool | None = None
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
     #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
-    #: Solution of method "incremental", or the reason for which the method was not run. None if the
+    #: Solution of method "incremental"; if the method was not run, its reasons state why. None if the
     #: incremental load factor is switched off, or if the scene falls under its dead load.
     incremental: "Solution | None" = None
-    #: Lower bound of λ, of a proof or of method "global"; the reasons list its assumptions.
+    #: Lower bound of λ from a proof or from method "global". The reasons list assumptions of the bound.
     bound: float | None = None
     bound_derived: bool = False  #: True if the bound assumes nothing
-    proof: Proof | None = None  #: proof by conflicts that no state is lower; None without such a proof
+    proof: Proof | None = None  #: proof that no state has a lower load factor; None without a proof
     #: Number of starts of the search for exact states; None for methods without a search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from these starts
@@ -63,12 +63,12 @@ class Solution:
     followed_to_end: bool = False
     #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.
     peak: float | None = None
-    #: Proof that no λ exists, or an undecided attempt; None without an attempt.
+    #: Proof that no λ exists, or the result of an undecided attempt; None if no proof was tried.
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
-    #: Solver of the method that computed the solution; another method may have called that method.
+    #: Solver of the method that computed this solution, which may differ from the method that the user chose.
     solver: Solver | None = None
 
     @property
@@ -108,12 +108,12 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis (``self`` or ``incremental``); None if it does not exist."""
+        """Solution of the incremental analysis: ``self`` or ``incremental``; None if there is none."""
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if not computed, or if the history has no end."""
+        """Largest load factor of the load history; None without a load history or without an end of it."""
         state = self.at_incremental
         if state is None:
             return None
@@ -161,7 +161,7 @@ class Solution:
         return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy with a new status and one reason; fields about the former answer are reset."""
+        """Return a copy with a new status and one reason, without the former answer's other data."""
         return replace(
             self,
             status=status,
@@ -198,7 +198,7 @@ class Solution:
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:
-        """Return the solution; its answer is removed if residuals of the answer exceed their limits."""
+        """Return the solution, without its answer if residuals of the answer exceed their limits."""
         failing = self.failing()
         if failing:
             return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

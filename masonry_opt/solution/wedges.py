@@ -64,7 +64,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
-    """Return True for each joint that can slide and whose dilatancy is smaller than its friction."""
+    """Return True for each joint that can slide and has a dilatancy smaller than its friction."""
     problem = assembly.problem
     able = np.zeros(problem.joints, dtype=bool)
     able[problem.sliding] = problem.dilatancy < problem.friction

@@ -88,7 +88,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return block velocities of a fall under dead load alone, shape (3b,); None if the scene is stable.
+    """Return block velocities (3b,) of a fall under dead load alone; None if the scene is stable.
 
     The scene is stable if eq. (9) without live load has a state. Otherwise the mechanism is the bounded dual
     ray. Every analysis checks this first, since a largest λ may exist although λ = 0 is no equilibrium. A
@@ -100,7 +100,7 @@ def falling_mechanism(
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        """Return a newly declared program."""
+        """Declare the program in a modelling language, and return it."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
@@ -177,7 +177,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Return indices of the joints that prevent collapse under the live load, most important first.
+    """Return the indices of joints that prevent collapse under the live load, most important first.
 
     - LOCKED: joints that slide in a mechanism of the joints' own flow rule, ordered by how far they cannot
       open as associative flow demands.
@@ -237,7 +237,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return the motion that the dead load drives, shape (3b,); None if forces carry the dead load.
+    """Return a motion (3b,) that the dead load drives; None if joint forces carry the dead load.
 
     The first program is solved by ``solver``, further ones by the simplex method. In space these replace the
     circles of friction by polygons, in turn:
@@ -360,7 +360,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the given movable blocks that are not supported from below, directly or through other blocks.
+    """Return those of the given movable blocks that no joint or chain of blocks supports from below.
 
     No chain of supporting joints connects these blocks with a support. A joint supports a block if its
     normal pushes against the block's dead load.

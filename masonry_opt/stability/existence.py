@@ -77,7 +77,7 @@ class _Undecided(Exception):
 
 
 class Cuts:
-    """Branch and cut that excludes Coulomb states with λ ≥ 0, for a stable scene in units of its load.
+    """Branch and cut that excludes all Coulomb states with λ ≥ 0 of a stable scene, in units of its load.
 
     A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
     The search for cuts solves at most ``most_programs`` linear programs.
@@ -113,14 +113,15 @@ class Cuts:
         """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
         branch = self._branch(choice)
         while branch is not None:
-            # Try the branch with the face at yield first, because few states of equilibrium agree with it.
+            # Try the branch with the face at yield first, because few states of equilibrium have this face at
+            # yield.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _RESTING
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face for the next branching; None if no Coulomb state has the chosen moving faces.
+        """Return the face on which to branch next; None if no Coulomb state has the chosen moving faces.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -135,7 +136,7 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                raise _Undecided  # the moving faces can be at yield in one state
+                raise _Undecided  # the proof fails: the moving faces can be at yield in one state
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
                 # The search ends soonest if it branches on the face that most of the latest cuts contain.
@@ -195,7 +196,7 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: in every state one of the faces ``blamed`` has the value ``implied``.
+        """Store a cut: in every state at least one of the faces ``blamed`` has the value ``implied``.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -213,7 +214,7 @@ class Cuts:
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return the certificate on the existence of a load factor of a stable scene; None if not tried.
+    """Return a certificate on the existence of a load factor of a stable scene; None if not tried.
 
     None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
     An associative load factor depends on statics alone.
@@ -237,8 +238,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Equilibrium and yield limit λ, so an associative load factor exists. The method failed, and there is
-        # nothing to prove.
+        # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method only
+        # failed to find a load factor, and nothing can be proven.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)

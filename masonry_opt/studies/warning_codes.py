@@ -7,7 +7,7 @@ from masonry_opt.files import plain
 
 
 class StudyCode(StrEnum):
-    """Code of a warning about a study. The comment on a code lists the values of the warning's record."""
+    """Codes of warnings about studies. The comment on a code lists the values of the warning's record."""
 
     #: Values: ``path`` of the journal; ``line``, the number of the damaged line, from 1.
     DAMAGED_JOURNAL = "damaged journal"
@@ -21,7 +21,7 @@ class StudyCode(StrEnum):
     #: at the largest decrease of λ, and ``fixed``, the values of the other numbers. For a sample also
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: Values: ``values``, the values beyond the threshold at which the scene also holds.
+    #: Value: ``values``, numbers beyond the threshold at which the scene also holds.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: Values: ``load_factor`` of a crossing, and ``bound``, its larger lower bound, which is a contradiction.
     BELOW_BOUND = "below bound"

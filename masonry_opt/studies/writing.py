@@ -100,7 +100,7 @@ class Journal:
         return self._rows.get(key)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
-        """Append the row of a run, and return when the row is on disk."""
+        """Append the row of a run to the file, and wait until the row is on disk."""
         kept = "; earlier runs are kept, and the same command continues from there"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))

@@ -266,7 +266,7 @@ def test_a_scene_is_proven_for_users():
 def test_users_read_why_there_is_no_proof(no_proof):
     found = mo.prove_least(corner_wall(2, 2, 2))
     assert found.proof is None
-    assert "not proven least: proofs are for scenes in the plane" in str(found)
+    assert "not proven least: proofs exist only for scenes in the plane" in str(found)
     late = mo.prove_least(FOLDER / "stones_14_joints.toml", seconds=1e-9)
     assert late.proof is None
     assert "did not end within" in str(late)
@@ -308,15 +308,15 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a kinematic clause without one of its conditions": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "outweighs",
+        "too large a residual",
     ),
     "a motion that is bent": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
-        "outweighs",
+        "too large a residual",
     ),
     "forces that are bent": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
-        "outweighs",
+        "too large a residual",
     ),
     "multipliers turned around": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),
@@ -345,11 +345,11 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "senses that are none": (
         lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not of one joint",
+        "not both senses of one joint",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
-        "no numbers",
+        "not numbers",
     ),
     "a condition that does not exist": (
         lambda proof: with_conflict(proof, StaticConflict, lambda _: {"conditions": np.array([10**6])}),

@@ -43,7 +43,7 @@ def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
 
 
 #: Remark on a reaction beside which others may exist.
-NOT_PROVEN = "found, not proven: exact states may be closer to the reaction at rest"
+NOT_PROVEN = "found, not proven: exact states may have a reaction closer to the reaction at rest"
 
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
@@ -90,14 +90,16 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        assert known[end, "associative"] == "no state is further from the reaction at rest"
+        furthest = "no state has a reaction that differs more from the reaction at rest"
+        assert known[end, "associative"] == furthest
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
         assert [line.split()[0] for line in others[1:]] == ["incremental", "associative"]
     assert found.warning_sentences == ()
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
-    assert proven.rows()[0]["certainty"].endswith("proven: no exact state is closer to the reaction at rest")
+    certainty = proven.rows()[0]["certainty"]
+    assert certainty.endswith("proven: no exact state has a reaction closer to that at rest")
     assert "(proven)" in replace(found, least=proven).facts()["least"]
     by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
     assert by_statics.splitlines()[0].startswith("-3 (associative)")

@@ -37,11 +37,11 @@ _SAFETY = 0.5
 
 
 class Undecided(Exception):
-    """Linear programs or their multipliers do not decide a combination of conditions."""
+    """Error: the linear programs do not decide if chosen yield conditions are possible together."""
 
 
 def total_load(problem: Problem, highest: float) -> float:
-    """Return the sum of all loads at a load factor, which measures forces in a proof."""
+    """Return the sum of all loads at a load factor, to which residuals of a proof are relative."""
     return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
 
 
@@ -51,27 +51,29 @@ def friction_excess(problem: Problem) -> np.ndarray:
 
 
 def senses_of(problem: Problem) -> np.ndarray:
-    """Return the pairs of sliding conditions that are the two senses of one joint, shape (k, 2)."""
+    """Return the indices of the two sliding conditions of each joint, one for each sense, shape (k, 2)."""
     first = np.arange(len(problem.sliding))
     return np.column_stack([first, first + len(first)])
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least work of the live load in a motion (3b,) over load factors from 0 to ``highest``."""
+    """Return the least work of the live load times λ in a motion (3b,), for any λ from 0 to ``highest``."""
     return min(0.0, highest * float(problem.live @ d))
 
 
 @dataclass(frozen=True, eq=False)
 class Refutation:
-    """Row multipliers of an infeasible program."""
+    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve."""
 
     ray: np.ndarray  #: multipliers, shape (rows,)
-    restricted: np.ndarray  #: conditions that were held at yield, or at rest, shape (faces,)
-    blamed: np.ndarray  #: those of them that the multipliers need beyond rounding, shape (faces,)
+    #: True for yield conditions that the program held at yield (or at rest), shape (faces,).
+    restricted: np.ndarray
+    #: True for restricted conditions whose multipliers exceed rounding errors, shape (faces,).
+    blamed: np.ndarray
 
 
 class Theory(ABC):
-    """One of the two linear programs, loaded once, with conditions that are restricted one by one."""
+    """Base class of the linear programs of statics and kinematics, whose conditions can be restricted."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -93,11 +95,11 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Hold these conditions (faces,) at yield, or at rest, and release all others."""
+        """Hold given conditions (faces,) at yield (statics) or at rest (kinematics); release all others."""
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return the conditions that row multipliers need restricted, shape (faces,).
+        """Return True for conditions that row multipliers use as restricted ones in a proof, shape (faces,).
 
         Multipliers up to ``rounding``, a share of the largest, count as zero.
         """
@@ -106,10 +108,10 @@ class Theory(ABC):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the conflict of row multipliers; None if the matrices do not confirm it."""
+        """Return the conflict that row multipliers prove; None if the check with the matrices fails."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
-        """Return the conflict of a refutation; None if the matrices do not confirm it.
+        """Return the conflict that a refutation proves; None if the check with the matrices fails.
 
         Where the conditions to blame do not suffice, all restricted conditions with a multiplier are named.
         The problem and the largest load factor are in their own units, not in those of the program.
@@ -120,7 +122,7 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Return the refutation of the restriction of these conditions (faces,); None if it is feasible.
+        """Restrict the given conditions (faces,); return a proof of infeasibility, or None if feasible.
 
         Raise Undecided if HiGHS decides nothing.
         """
@@ -138,7 +140,7 @@ class Theory(ABC):
 
 
 class Statics(Theory):
-    """Forces in equilibrium with 0 ≤ λ ≤ highest that satisfy yield and hold chosen conditions at yield."""
+    """Linear program of admissible forces with 0 ≤ λ ≤ highest, in which chosen conditions are at yield."""
 
     def __init__(self, scaled: Scaled, effort: Effort, settings: ProofSettings) -> None:
         forces, _ = programs(scaled.problem)
@@ -159,7 +161,7 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least load factor with these conditions (faces,) at yield, and its forces (3c + t,).
+        """Return the least load factor at which the given conditions (faces,) are at yield, with its forces.
 
         All is in scaled units. Return None if HiGHS finds none.
         """
@@ -190,7 +192,7 @@ class Statics(Theory):
     def least_friction(
         self, problem: Problem, condition: int, highest: float
     ) -> EnergyBound | StaticConflict | None:
-        """Return the least (μ − tan ψ) n of a sliding condition at yield; None if no bound is confirmed.
+        """Return a lower bound of (μ − tan ψ) n of a sliding condition at yield; None if it is not verified.
 
         Return a conflict instead if the condition cannot be at yield.
         """
@@ -254,7 +256,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return d (3b,) and p (faces,) of the same conditions, changed least, without a departure (3c + t,)."""
+    """Return d (3b,) and p (faces,) after the smallest change that removes a residual (3c + t,)."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
@@ -264,7 +266,7 @@ def _without_departure(
 
 
 class Kinematics(Theory):
-    """Mechanisms that a load factor up to the bound can drive, with chosen conditions at rest.
+    """Linear program of mechanisms that a λ up to ``highest`` can drive, with chosen conditions at rest.
 
     Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state
     λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, with γ the slip of each joint that slides. The energy e
@@ -289,7 +291,7 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # C(tan ψ) q + weight · e of the multipliers, which must not be negative where rates are free.
+        # C(tan ψ) q + weight · e of the multipliers must not be negative for conditions that may move.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 
@@ -322,7 +324,7 @@ class Kinematics(Theory):
         problem: Problem,
         gain: float,
     ) -> KinematicConflict | None:
-        """Return the conflict of forces (3c + t,); None if their residuals outweigh what they gain."""
+        """Return the conflict that forces (3c + t,) prove; None if residuals are too large for a proof."""
         resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
         unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
         lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
@@ -334,7 +336,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the smallest change of forces (3c + t,) that balances blocks and removes small resistances."""
+    """Return the smallest change of forces (3c + t,) that balances blocks and cancels small resistances."""
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
     change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]

@@ -16,33 +16,34 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 @dataclass(frozen=True)
 class LeastSearch:
-    """End of a search for the least load factor."""
+    """Result of a search for the least load factor."""
 
-    best: Answer | None  #: lowest exact state: the known one, or a lower one that the search found
-    proof: Proof | None  #: that no state is lower; None if the search ended without a proof
-    why: str  #: why there is no proof; empty with a proof
+    best: Answer | None  #: exact state with the lowest λ, known before or found by the search
+    #: Proof that no state has a lower load factor; None if the search ended without a proof.
+    proof: Proof | None
+    why: str  #: reason why there is no proof; empty if there is one
     programs: int = 0  #: linear programs that the search solved
 
 
 def refusal(problem: Problem) -> str:
-    """Return why a problem has no proof by conflicts; an empty string if it may have one."""
+    """Return the reason why proofs do not apply to a problem; an empty string if they apply."""
     if problem.layout.round:
-        return "proofs are for scenes in the plane: in space friction is a cone"
+        return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
-        return "the dilatancy depends on stress, and proofs need a constant flow rule"
+        return "dilatancy depends on stress, but proofs need a constant one: omit 'dilatancy_stress'"
     if (problem.dilatancy > problem.friction).any():
-        return "a joint dilates by more than its friction, so that sliding would create energy"
+        return "the dilatancy of a joint exceeds its friction, so that sliding would create energy"
     return ""
 
 
 class LeastProof:
-    """Search for the least load factor that can be interrupted and continued.
+    """Search for the least load factor; the search can be interrupted and continued.
 
     Attributes
     ----------
-    best: lowest exact state: the known one, or a lower one that the search found.
+    best: exact state with the lowest load factor, known before or found by the search.
     proof: the proof that no state is lower; None if there is none so far.
-    why: why there is no proof; empty with a proof.
+    why: reason why there is no proof; empty if there is one.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class LeastProof:
         return 0 if self._search is None else self._search.programs
 
     def lower_to(self, state: Answer) -> None:
-        """Take a lower exact state, which another search has found, as the best one."""
+        """Store an exact state of another search as the best state if its load factor is lower."""
         if self.best is None or is_lower(state.load_factor, self.best.load_factor):
             self.best = state
 
@@ -103,7 +104,7 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor below which the search begins; None if neither a state nor a bound is known."""
+    """Return the load factor below which states are searched for; None without a known state or bound."""
     if known is not None:
         return known.load_factor
     if upper is None:
@@ -113,11 +114,11 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
 
 
 def _without_range(start: float | None) -> str:
-    """Return why no load factors below a start are to be examined; an empty string if there are any."""
+    """Return the reason why there is nothing to search below a load factor; empty if there is something."""
     if start is None:
         return "neither an exact state nor an upper bound is known"
     if start <= ZERO:
-        return "the lowest state known has a load factor of zero or less"
+        return "the lowest load factor known is zero or less"
     return ""
 
 
@@ -128,7 +129,7 @@ def prove_least(
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
 ) -> LeastSearch:
-    """Search for a state with 0 ≤ λ below the lowest state known, and prove that none exists.
+    """Search for states with 0 ≤ λ below the lowest known λ, and prove that no further state exists.
 
     Parameters
     ----------

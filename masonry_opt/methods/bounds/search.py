@@ -40,7 +40,7 @@ class ConflictSearchTimeout(Exception):
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
-    """Search for a collapse state below the lowest one known, until clauses leave no assignment.
+    """Search for states below the lowest known λ, until the conflicts found exclude all of them.
 
     Methods without an underscore, but for ``run``, are the interface that CaDiCaL calls (IPASIR-UP).
     """
@@ -48,14 +48,14 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def __init__(self, task: Task, known: float, settings: ProofSettings) -> None:
         super().__init__()
         self._task, self._problem, self._settings = task, task.problem, settings
-        #: Time and number of programs at which the search ends, or stops for a while.
+        #: Time, and number of programs, at which the search stops. A stopped search can be continued.
         self._ends, self._most_programs = inf, settings.most_programs
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
-        self.known = known  #: least load factor of the exact states that are known
-        self.best: Answer | None = None  #: lowest state that the search itself has found
+        self.known = known  #: lowest load factor of all known exact states
+        self.best: Answer | None = None  #: exact state with the lowest load factor that this search has found
         self.highest = bound_below(known, settings)  #: load factor up to which states are excluded
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
@@ -63,18 +63,20 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._statics.set_highest(self.highest / self._scaled.load_factor)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
-        #: 1 of conditions that move, −1 of those at rest, 0 of those without a value, shape (faces,).
+        #: Value of each yield condition, shape (faces,): 1 if it moves, −1 if it is at rest, 0 if not
+        #: assigned.
         self._values = np.zeros(task.problem.faces, dtype=int)
         self._trail: list[int] = []  # conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
-        self._clause: list[int] | None = None  # learned, and not handed over yet
-        self._slacks: np.ndarray | None = None  # of the last feasible forces, over max(1, μ)
-        self._motion: tuple[np.ndarray, np.ndarray] | None = None  # of the last feasible mechanism
+        self._clause: list[int] | None = None  # learned clause that was not yet passed to the SAT solver
+        self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
+        # Rates and velocities of the last feasible mechanism.
+        self._motion: tuple[np.ndarray, np.ndarray] | None = None
         self._decisions, self._examined = 0, False
         self._stopped: BaseException | None = None
 
     def run(self, ends: float, more: int) -> None:
-        """Search until the clauses leave no assignment.
+        """Search until no assignment of values to the yield conditions satisfies all clauses.
 
         The search stops at a time of ``time.perf_counter``, or after a number of ``more`` linear programs. It
         goes on with its clauses when it is run again. Raise ConflictSearchTimeout if it stops, and Undecided
@@ -105,7 +107,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return refiner_of(self._task)
 
     def lower_to(self, load_factor: float) -> None:
-        """Exclude states below a load factor alone, which another search has found, if it is lower.
+        """Search only below a load factor that another search has found, if it is the lowest one known.
 
         Raise Undecided if nothing is left to exclude. Conflicts stay valid for every lower load factor.
         """
@@ -114,7 +116,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self.known = load_factor
         self.highest = bound_below(load_factor, self._settings)
         if self.highest <= 0:
-            raise Undecided("a state at zero load factor exists, so that there is nothing left to exclude")
+            raise Undecided("a collapse state with load factor zero exists, so that nothing can be excluded")
         for theory in (self._statics, self._kinematics):
             theory.set_highest(self.highest / self._scaled.load_factor)
         self._slacks = self._motion = None
@@ -148,7 +150,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._levels.append(len(self._trail))
 
     def on_backtrack(self, to: int) -> None:
-        """Take back all values of later levels."""
+        """Remove the values that were assigned after a decision level."""
         if to < len(self._levels):
             first = self._levels[to]
             self._values[self._trail[first:]] = 0
@@ -156,12 +158,12 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Examine the partial assignment. Conflicts are handed over as clauses, so nothing is propagated."""
+        """Examine the partial assignment. The list is empty, because conflicts are passed on as clauses."""
         self._guarded(self._examine)
         return []
 
     def provide_reason(self, lit: int) -> list[int]:
-        """Return no reason: nothing is propagated."""
+        """Return an empty list, because this propagator assigns no values."""
         return []
 
     def check_model(self, model: list[int]) -> bool:
@@ -173,16 +175,16 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._clause is None
 
     def has_clause(self) -> bool:
-        """Return True if a clause is to be handed over."""
+        """Return True if a clause waits to be passed to the SAT solver."""
         return self._clause is not None
 
     def add_clause(self) -> list[int]:
-        """Hand over the clause. The empty clause ends the search."""
+        """Return the waiting clause to the SAT solver. An empty clause ends the search."""
         clause, self._clause = self._clause, None
         return clause or []
 
     def decide(self) -> int:
-        """Choose the condition that dissipates most energy z p of all free ones, and let it move.
+        """Decide that the unassigned condition with the largest product z p moves, and return its variable.
 
         Zero leaves the decision to the SAT solver.
         """
@@ -194,7 +196,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action inside a call of the SAT solver. An exception ends the search by an empty clause."""
+        """Run an action in a call from the SAT solver. After an exception an empty clause ends the search."""
         if self._stopped is not None or self._examined or self._clause is not None:
             return
         try:
@@ -203,7 +205,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Refute the assignment, or lower the best state, or leave the assignment as it is."""
+        """Refute the assignment, or find a state with a lower load factor, or else change nothing."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -225,7 +227,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Learn a minimal conflict if a program refutes its restriction, and return True then.
+        """Restrict a program; if it is infeasible, learn a minimal conflict and return True.
 
         Return True without a conflict if HiGHS or the matrices do not confirm the refutation: the assignment
         stays, and more values may bring a conflict that they confirm.
@@ -236,7 +238,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             return True
         if found is None:
             return False
-        # The newest conditions are released first: clauses of older ones lead further back.
+        # The newest conditions are released first, because a clause of older conditions takes back more
+        # decisions.
         refutations = [found]
         for condition in [one for one in reversed(self._trail) if found.blamed[one]]:
             if refutations[-1].blamed[condition]:
@@ -249,7 +252,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Hand over the clause of the last refutation that the matrices confirm, if they confirm one."""
+        """Store the clause of the last refutation that the check with the matrices confirms, if any."""
         for found in reversed(refutations):
             conflict = theory.conflict(found, self._problem, self.highest)
             if conflict is not None:
@@ -258,7 +261,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Lower the best state from the last mechanism, and return True if an exact state below it exists.
+        """Store an exact state of lower λ if the last mechanism leads to one, and return True then.
 
         Raise Undecided if only blocks without load move in the state: it is no answer, and no proof excludes
         it.
@@ -268,13 +271,13 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         if lowest is None:
             return False
         if not is_meaningful(analysis_of(self._task), lowest.load_factor, lowest.d):
-            raise Undecided("a lower state exists in which only blocks without load move")
+            raise Undecided("a state with a lower load factor exists in which only blocks without load move")
         self.best = lowest
         self.lower_to(lowest.load_factor)
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the lowest exact state below the known one that forces and a mechanism lead to, or None.
+        """Return the exact state of lowest λ near the last forces and a mechanism; None if none lowers λ.
 
         Three states are examined: the last forces, the forces of least λ that hold the mechanism at yield,
         and the state to which the two programs of exact states lead from there.
@@ -290,7 +293,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
-        """Return a load factor and forces (3c + t,) in scaled units with velocities (3b,), certified."""
+        """Return an answer with certificate, from λ and forces (3c + t,) in scaled units and velocities."""
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
     def _is_lower(self, one: Answer) -> bool:
@@ -314,7 +317,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return a refutation of the restriction of conditions (faces,).
+    """Restrict conditions (faces,), and return a proof that the program is infeasible.
 
     Return None if the program is feasible or HiGHS decides nothing.
     """
@@ -325,5 +328,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the load factor up to which states are excluded, a little below the best one known."""
+    """Return the load factor up to which a proof excludes states: a little below the best known λ."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

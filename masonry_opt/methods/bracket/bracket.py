@@ -48,7 +48,7 @@ class GlobalOptions(Options):
 
 
 def global_search(task: Task) -> Solution:
-    """Return the lowest known Coulomb state with λ ≥ 0, and a lower bound of the least load factor.
+    """Return the Coulomb state with the lowest λ ≥ 0 found, and a lower bound of the least load factor.
 
     Raises KeyboardInterrupt if the search for a lower state is interrupted.
     """
@@ -63,12 +63,13 @@ def global_search(task: Task) -> Solution:
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
     start = coulomb(task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None)))
     if search is None:
-        # Forces of a scene that the dead load brings down may lead to an exact state too.
+        # Forces of a scene that falls under its dead load from rest may also lead to an exact state.
         start = search_lower(task, start, SearchLimits())
     if start.interrupted:
         raise KeyboardInterrupt
     if start.proof is not None:
-        # No state is lower, without any assumption: nothing is left for the products.
+        # It is proven without assumptions that no state has a lower load factor, so programs of products are
+        # not needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
     # If dilatancy locks the associative flow, an exact state bounds λ instead.
@@ -90,7 +91,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """Return a solution whose bound is raised by programs of products, until time is up.
+    """Raise the lower bound of a solution by programs of products until time is up; return the solution.
 
     On scenes with few joints, the forces of the programs are starts for lower states.
     """
@@ -110,7 +111,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
-    """Return a solution with its final status and reason."""
+    """Return a solution with the status and the reason that follow from its lower bound."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)

@@ -81,17 +81,18 @@ _OVER_KNOWN = 10.0
 class StateBounds:
     """Largest forces and rates of all states with λ from ``lowest`` to the largest λ of the programs."""
 
-    lowest: float  #: least load factor of the states
-    normal: np.ndarray  #: normal force of each joint, shape (c,)
-    forces: np.ndarray  #: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
-    rates: float  #: sum of all slips and edge openings
-    #: True if statics imply the forces. If False, some are assumed, and results hold only for smaller ones.
+    lowest: float  #: lower limit of the load factors of the states
+    normal: np.ndarray  #: largest normal force of each joint, shape (c,)
+    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
+    rates: float  #: largest sum of all slips and edge openings
+    #: True if statics imply the limits of forces. If False, some limits are assumed, and results are valid
+    #: only for smaller forces.
     forces_derived: bool
-    #: True if kinematics imply the rates. If False, they are assumed.
+    #: True if kinematics imply the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if a state satisfies the assumptions on forces, shape (3c,), and on the rates' sum."""
+        """Return True if forces q (3c,) and velocities d (3b,) are within the limits that are assumed."""
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())
@@ -99,7 +100,7 @@ class StateBounds:
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Return bounds over all states with 0 ≤ λ ≤ ``highest``.
+    """Return bounds on the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
 
     The forces are the largest that statics allow. The rates are the largest that kinematics allow each face,
     if raising the blocks takes at most the work of the live load. For the rate of sliding in one sense, the
@@ -121,13 +122,14 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds over states with ``lowest`` ≤ λ ≤ ``highest``, at most the bounds ``of``.
+    """Return bounds on states with ``lowest`` ≤ λ ≤ ``highest``, none of which exceeds a bound in ``of``.
 
     The higher λ is, the less self-stress is possible.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        return replace(of, lowest=lowest)  # Bounds of more states are better than assumed ones.
+        # Bounds that are derived for more states are better than assumed bounds.
+        return replace(of, lowest=lowest)
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
 
@@ -135,7 +137,7 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return the largest normal forces, the magnitudes of all edge forces, and a flag.
+    """Return upper bounds of normal forces and of edge forces, and True if statics imply all bounds.
 
     The shapes are (c,) and (3c,). The flag is True if none of the forces is assumed. Programs find the
     largest values of the forces that limit all others: n of every joint, and s of each joint that cannot
@@ -174,7 +176,7 @@ def _force_limits(
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Return upper bounds of x ≥ 0 that satisfies xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x).
+    """Return upper bounds of the entries of x ≥ 0, if xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
 
     If the sum of ``short`` is too large to bound Σ x, the bound is infinite for each j with shortⱼ > 0.
     """
@@ -222,13 +224,15 @@ def velocities_by_rates(problem: Problem) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BoundStep:
-    """Record of one program of products."""
+    """Record of one program in which products of forces and rates are variables."""
 
-    bound: float  #: lower bound of λ that the multipliers prove, for states below the assumed rates
-    lowest: float  #: bound that earlier programs prove; this program is of states with λ above it
+    #: Lower bound of λ that the multipliers prove, for states whose rates are below the assumed limit.
+    bound: float
+    lowest: float  #: lower bound of λ from earlier programs; this program includes only states with larger λ
     load_factor: float  #: load factor λ of the best known state
-    rates_within: int  #: largest distance, in blocks, of forces and rates that are multiplied
-    velocities_within: int  #: largest distance, in blocks, of forces and velocities that are multiplied
+    rates_within: int  #: largest distance, in blocks, between a force and a rate whose product is a variable
+    #: Largest distance, in blocks, between a force and a velocity whose product is a variable.
+    velocities_within: int
     products: int  #: number of products
     seconds: float  #: time since the method began
 
@@ -249,7 +253,7 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Return a lower bound of λ, joint forces that may be near low states, and the size of the program.
+    """Return a lower bound of λ, joint forces from which a search can start, and the size of the program.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. The
     multipliers prove it that the solver has after a number of ``seconds``. The forces have shape (3c,).
@@ -258,7 +262,7 @@ def relaxed(
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    # Each variable is a product. In order of the products: its column, and the numbers of its two factors.
+    # Each variable is a product. These are the column of each product and the indices of its two factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
@@ -276,7 +280,7 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return the largest shortfall for a unit of the sum of all rates.
+    """Return the largest shortfall of the reduced costs, per unit of the sum of all rates.
 
     The shortfall, shape (rates + velocities,), is that of rates and of the velocities that follow from them.
     """
@@ -308,7 +312,7 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point, shape (columns,), and the multipliers, shape (rows,), that a solver reaches in time.
+    """Return the solver's point, shape (columns,), and multipliers, shape (rows,), within a time limit.
 
     Both are zero if no solver ends with finite numbers.
     """
@@ -346,20 +350,20 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ that rises towards the best known λ."""
+    """Lower bound of λ, which is raised by a sequence of programs with more and more products."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: load factor λ > 0 of the lowest known state; callers set it to a lower one
-        self.bound = 0.0  #: lower bound of λ that the programs up to now prove
-        self.history: list[BoundStep] = []  #: records of the programs up to now
-        #: Largest forces and rates of all states up to the best, of which some may be assumed.
+        self.best = best  #: lowest known load factor, λ > 0; callers replace it when they find a lower one
+        self.bound = 0.0  #: lower bound of λ from all programs solved so far
+        self.history: list[BoundStep] = []  #: records of all programs solved so far
+        #: Limits of forces and rates of all states with λ up to the best known λ; some limits may be assumed.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Yield the record, the size and the joint forces of programs of more and more products.
+        """Solve programs of more and more products; yield the record, size and joint forces of each.
 
         The programs end if the bracket is closed, or if time is up. The forces, each of shape (3c,), may lead
         to states lower than the best. Each program takes only states above the last bound. The limits of

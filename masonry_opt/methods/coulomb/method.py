@@ -67,19 +67,19 @@ class CoulombOptions(Options):
     @model_validator(mode="after")
     def _ends_a_search(self) -> "CoulombOptions":
         if self.until is not None and self.search is None:
-            raise ValueError("'until' ends a search: give 'search', its seconds at most, too")
+            raise ValueError("'until' ends a search early: also give 'search', its longest time in seconds")
         return self
 
     @field_validator("start", mode="before")
     @classmethod
     def _is_a_result(cls, start: Any) -> Any:
         if isinstance(start, str):
-            raise ValueError(f"takes a result, such as that of method '{start}'")
+            raise ValueError(f"must be a result, such as mo.solve(scene, method='{start}') returns")
         return start
 
 
 def coulomb(task: Task) -> Solution:
-    """Return the lowest exact collapse state found by the steps of the default method.
+    """Return the exact collapse state with the lowest load factor that the default method finds.
 
     The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
     with stress, and scenes that stand from rest on which no exact state is found.
@@ -93,8 +93,8 @@ def coulomb(task: Task) -> Solution:
     searches = options.search is not None or options.start is not None
     if searches and task.problem.dilatancy_depends_on_stress:
         name = "start" if options.search is None else "search"
-        falls = "does not know dilatancy that falls with stress"
-        raise OptionError(f"option '{name}' {falls}: leave it out, or leave 'dilatancy_stress' out")
+        falls = "does not support dilatancy that falls with stress"
+        raise OptionError(f"option '{name}' {falls}: omit the option, or omit 'dilatancy_stress'")
     start = options.start
     first = _run_steps(task, options) if start is None else of_same_scene(start, task.problem)
     return _search_on(task, first, options) if searches else first
@@ -116,7 +116,7 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states below a solution, and return the lowest with the extended log."""
+    """Search for exact states with a lower λ than a solution; return the lowest, with the extended log."""
     began = time.perf_counter()
     found = search_lower(task, first, SearchLimits(options.search, options.until, options.seed))
     seconds = time.perf_counter() - began
@@ -125,7 +125,7 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
 
 
 def _solution(run: CoulombRun) -> Solution:
-    """Return the solution of the step that ended the run, or else the lowest exact state."""
+    """Return the solution of the step that ended the run, or else the exact state with the lowest λ."""
     if run.ended is not None:
         return run.ended
     solution = run.recorded(Status.CONVERGED)

@@ -31,7 +31,7 @@ class CoulombRun:
 
     Attributes
     ----------
-    seeks_lower: True if lower states are looked for once an exact state is known.
+    seeks_lower: True if states with a lower load factor are searched for once an exact state is known.
     incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
@@ -62,13 +62,13 @@ class CoulombRun:
 
     @property
     def answer(self) -> Answer | None:
-        """Lowest exact state so far; None if no exact state was found."""
-        # Without a load history no step has looked for states.
+        """Exact state with the lowest load factor so far; None if no exact state was found."""
+        # Steps look for states only after a load history was computed.
         return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor that a user would get if the run ended now; None if there is none."""
+        """Load factor of the answer if the run ended now; None if the run has no answer yet."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -94,7 +94,7 @@ class CoulombRun:
         return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
-        """Return the lowest state as a solution, with the numbers of starts and of states."""
+        """Return the state of lowest λ as a solution, with the numbers of starts and of states."""
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
@@ -103,14 +103,14 @@ class CoulombRun:
 
 
 def with_proof(solution: Solution, proof: Proof) -> Solution:
-    """Return a solution with the proof that no state is lower than its answer."""
+    """Return a solution with the proof that no state has a lower load factor than its answer."""
     solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
     values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
     return solution.telling(reason(Code.PROVEN, **values))
 
 
 class LowestState:
-    """Record of all exact states that were found, and of the lowest of them."""
+    """Record of the exact states that were found, and of the one with the lowest load factor."""
 
     def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
@@ -124,23 +124,24 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """Alternation of the mechanism program and the statics program by interior-point methods."""
+        """State finder that alternates between programs of mechanisms and of forces, by interior points."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task)
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state: by simplex, or of the load history and by cone programs; None without one.
+        """State with the lowest load factor found so far; None if no state was found.
 
-        A state of the search for a proof is lower than all states before.
+        A state from the search for a proof comes first, because its load factor is lower than all others.
+        States that the simplex method finds come before states of the load history and of cone programs.
         """
         if self._by_proof is not None:
             return self._by_proof
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
-        """Take a lower exact state, to which the search for a proof has led.
+        """Store an exact state with a lower load factor that the search for a proof has found.
 
         A state at zero is recorded, but is no answer: the scene would fall by itself.
         """
@@ -150,7 +151,7 @@ class LowestState:
             self.met.add(state.load_factor)
 
     def near(self, start: Answer) -> None:
-        """Look for an exact state near given joint forces, by simplex or by interior points.
+        """Look for an exact state near given joint forces, by the simplex or an interior-point method.
 
         A start that is exact already counts as a state too.
         """
@@ -175,7 +176,7 @@ class LowestState:
             self._keep(state)
 
     def look_further_in_space(self, settings: SearchSettings, history: LoadHistory | None) -> None:
-        """Look for lower states from forces of the load history, and from a number of other starts."""
+        """Look for states of lower λ, from forces of the load history and a fixed number of other starts."""
         finder = ConeRefiner(self._problem, self._effort, self._alternation, settings.weights_in_space)
         search = Search(finder, self._analysis, self.met, settings)
         lowest = self._by_programs
@@ -200,7 +201,7 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the joint forces (3c + t,) of some load steps, chosen by shares of the number of steps."""
+    """Return joint forces (3c + t,) of the load steps at given shares of the number of steps."""
     if history is None:
         return []
     last = len(history.steps) - 1
@@ -210,6 +211,6 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the exact answer if only one of two answers is exact, else the lower answer."""
+    """Return the exact answer if only one of two answers is exact, else the answer with the lower λ."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LowerState:
-    """Exact state that was the lowest when the search found it.
+    """Exact state whose load factor was the lowest when the search found the state.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class LowerState:
     origin: start that led to the state: "start" (the state of the steps before the search, or the given
         result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps with other
         "loads" or from other "self-stress", a "fixed point", a "neighbour" of the lowest state, the search
-        for a "proof" that no state is lower, or in space the forces of the "lowest state".
+        for a "proof" that λ is least, or in space the forces of the "lowest state".
     candidate: number of the start, counted from 1.
     lp_solves: linear programs solved since the method began, in space cone programs too.
     seconds: time since the search began.
@@ -68,7 +68,7 @@ class SearchLimits:
 
 
 def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
-    """Return the lowest exact state found from the forces of a solution and from further starts.
+    """Search from the forces of a solution and from further starts; return the exact state of lowest λ.
 
     The search ends when its time is over, when it is proven that no state is lower, or when the user
     interrupts it. The first solution is returned, with a reason, if no exact state is found.
@@ -77,7 +77,7 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
         return first
     finder: StateFinder
     if task.problem.layout.round:
-        # Imports a modelling language, which takes seconds.
+        # This module imports a modelling language, which takes seconds.
         from masonry_opt.methods.exact.alternation import alternation_of
 
         finder = ConeRefiner(task.problem, task.effort, alternation_of(task))
@@ -124,7 +124,7 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
 
 
 class _Lowest:
-    """Record of the lowest state found, and of all states that were the lowest before."""
+    """Record of the state with the lowest load factor, and of all earlier states that were the lowest."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
@@ -140,11 +140,11 @@ class _Lowest:
 
     @property
     def proof(self) -> Proof | None:
-        """Return the proof that no state is lower; None if there is none."""
+        """Return the proof that no state has a lower load factor; None without a proof."""
         return None if self._attempt is None else self._attempt.proof
 
     def see(self, origin: str, state: ExactState | None) -> None:
-        """Keep the state of a candidate if it is the lowest."""
+        """Store the state of a candidate if its load factor is the lowest so far."""
         if state is None or not self._is_lowest(state):
             return
         undecided = self._finder.undecided
@@ -152,11 +152,11 @@ class _Lowest:
         self._keep(origin, state)
 
     def prove(self, programs: int) -> None:
-        """Search for a proof that no state is lower, or for a lower state, by a number of linear programs."""
+        """Prove that no state has a lower λ, or find one, with a limited number of linear programs."""
         if self.state is None or not self.state.exact:
             return
         if self._attempt is None:
-            # Imports the SAT solver.
+            # This module imports the SAT solver.
             from masonry_opt.methods.bounds.least import LeastProof
 
             self._attempt = LeastProof(self._task, self.state.answer, None)
@@ -171,14 +171,14 @@ class _Lowest:
             self._keep("proof", state)
 
     def _is_lowest(self, state: ExactState) -> bool:
-        """Record the load factor of a meaningful state, and return True if it is the lowest."""
+        """Record the load factor of a meaningful state, and return True if it is the lowest so far."""
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
         return lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
-        """Take a state as the lowest, and record it."""
+        """Store a state as the one with the lowest load factor, and add it to the history."""
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))
@@ -186,7 +186,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the first solution with the reason why the search found no exact state."""
+    """Return the solution from which the search began, with the reason why no exact state was found."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -195,12 +195,12 @@ def _without_state(first: Solution, missed: Code) -> Solution:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
-    """Return the lowest state as a solution, or the first solution if there is no state."""
+    """Return the state of lowest λ as a solution; without a state, return the first solution."""
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The programs restart from the first state, and may end in a higher state.
+    # The programs restart from the first state, and may end in a state with a higher load factor.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

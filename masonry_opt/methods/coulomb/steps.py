@@ -34,7 +34,7 @@ class CoulombStep(Protocol):
         """Name of the step in the log."""
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the results of the earlier steps leave work for this step."""
+        """Return True if this step must run, given the results of the earlier steps."""
 
     def run(self, run: CoulombRun) -> None:
         """Run the step, and store its results in ``run``."""
@@ -51,7 +51,7 @@ class Incremental:
     name: str = "incremental analysis"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the scene has constant dilatancy and not too many joints."""
+        """Return True if dilatancy is constant and the scene has at most ``settings.most_joints`` joints."""
         problem = run.problem
         return not problem.dilatancy_depends_on_stress and problem.joints <= self.settings.most_joints
 
@@ -89,7 +89,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the forces to start from are known and a state is still to be found."""
+        """Return True if the forces to start from are known and, if associative, no state was found yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -122,7 +122,7 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Look for lower states from further starts, on small scenes in the plane, and in space."""
+    """Look for states with a lower load factor from further starts, on small plane scenes and in space."""
 
     settings: SearchSettings = SEARCH
     name: str = "further starts"
@@ -134,7 +134,7 @@ class FurtherStarts:
         return run.problem.layout.round or run.problem.joints <= self.settings.small
 
     def run(self, run: CoulombRun) -> None:
-        """Look for lower states."""
+        """Look for states with a lower load factor."""
         assert run.incremental is not None
         run.effort.begins("further starts")
         if run.problem.layout.round:
@@ -147,7 +147,7 @@ class FurtherStarts:
 
 @dataclass(frozen=True)
 class LeastProven:
-    """Prove on small scenes in the plane that no state is lower, or find a lower state.
+    """Prove on small plane scenes that no state has a lower load factor, or find such a state.
 
     On scenes of few joints the proof comes before the further starts, of which fewer are then needed. Its
     budget of linear programs suffices for most of these scenes. On larger scenes the proof follows the
@@ -159,13 +159,13 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted, and the scene is one of this step's size."""
+        """Return True if lower load factors are wanted, and the number of joints suits this step."""
         if run.incremental is None or not run.seeks_lower or not self.budget.covers(run.problem):
             return False
         return self.few_joints == (run.problem.joints <= self.budget.few_joints)
 
     def run(self, run: CoulombRun) -> None:
-        """Search for lower states until it is proven that none exists, or until the budget is spent."""
+        """Search for lower load factors until their absence is proven, or until the budget is used up."""
         # The SAT solver takes 30 ms to import.
         from masonry_opt.methods.bounds.least import LeastProof
 
@@ -181,7 +181,7 @@ class LeastProven:
 
     @staticmethod
     def _note(search: "LeastProof") -> str:
-        """Return how the search ended, for the log."""
+        """Return text for the log on how the search ended."""
         if search.proof is not None:
             return f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
         return f"not proven: {search.why}" if search.why else f"not proven by {search.programs} programs"

@@ -26,7 +26,7 @@ _EXACT_STATE_PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the 
 
 
 class _PlaneForces:
-    """Program of joint forces in the plane: ``CvxpyForces`` whose costs are a parameter."""
+    """Program of joint forces in the plane: ``CvxpyForces`` with its costs as a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -40,7 +40,7 @@ class _PlaneForces:
 
 
 class _PlaneMotion:
-    """Program of a mechanism in the plane: ``CvxpyMotion`` whose costs, the slacks, are a parameter."""
+    """Program of a mechanism in the plane: ``CvxpyMotion`` with its costs (the slacks) as a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -64,7 +64,7 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Set the problem and the solvers; if ``nearly``, the last solver may end near the optimum."""
+        """Set the problem and the solvers. If ``nearly``, the last solver may stop near the optimum."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
@@ -77,7 +77,7 @@ class ExactPrograms:
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
-        """Return the program of a mechanism with the present dilatancy."""
+        """Return the program of a mechanism for the dilatancy that was set last."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
@@ -100,7 +100,7 @@ class ExactPrograms:
     def forces(
         self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Return a low λ and forces (3c + t,) that have little energy z·p with rates p, shape (faces,).
+        """Minimise λ plus the weighted energy z·p for given rates p (faces,); return λ and forces (3c + t,).
 
         Return None if no solver finds an optimum. ``before_each`` is called before each solve.
         """
@@ -108,7 +108,7 @@ class ExactPrograms:
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
 
     def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
-        """Return velocities (3b,) of the true flow rule that have least energy z·p with forces (3c + t,).
+        """Return velocities (3b,) by the joints' flow rule with the least energy z·p for forces (3c + t,).
 
         Return None if no solver finds an optimum. ``before_each`` is called before each solve.
         """
@@ -181,7 +181,7 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Return the last state within the limits of acceptance, and if possible an exact state."""
+        """Return an exact state if one is found, else the last state within the limits of acceptance."""
         problem, scaled = self._problem, self._scaled
         # Forces from elastic contacts or other loads may not be in equilibrium with the present loads. The
         # load factor with the smallest unbalanced forces is taken.

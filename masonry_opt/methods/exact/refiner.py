@@ -39,17 +39,17 @@ _REFINEMENT_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for progra
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state with the joints' own flow rule, exact up to the solver's rounding."""
+    """Collapse state with the joints' own flow rule, exact except for rounding errors of the solver."""
 
     problem: Problem
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
-    #: Dual variable of z = 0 of each moving face; it shows how strongly the face keeps λ from falling, shape
-    #: (faces,).
+    #: Dual variable of the condition z = 0 of each moving face, shape (faces,): the larger it is, the more
+    #: the condition keeps λ from decreasing.
     strength: np.ndarray
-    #: Negative λ of a lower state to which this state leads; infinite without such a state.
+    #: Negative load factor of another state that was found from this state; infinite without such a state.
     below: float = inf
 
     @property
@@ -59,7 +59,7 @@ class ExactState:
 
     @cached_property
     def answer(self) -> Answer:
-        """State as an answer with a certificate."""
+        """Answer with certificate that this state represents."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
@@ -105,7 +105,7 @@ def _numbers(count: int, first: int = 0) -> np.ndarray:
 
 
 class StateFinder(ABC):
-    """Base class of finders, which compute the exact state near given joint forces."""
+    """Base class of state finders. A state finder computes an exact state near given joint forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
@@ -118,7 +118,7 @@ class StateFinder(ABC):
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None without such a state."""
+        """Return the exact state found from joint forces, shape (3c,); None if no state is found."""
 
     @property
     def seconds_left(self) -> float:
@@ -149,7 +149,7 @@ class Refiner(StateFinder):
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return rates p, shape (faces,), and velocities, shape (3b,), of the mechanism of least cost·p.
+        """Return rates p (faces,) and velocities (3b,) of the mechanism that minimises cost · p.
 
         This is program (a). The banned faces are at rest. None is returned if there is no mechanism.
         """
@@ -173,7 +173,7 @@ class Refiner(StateFinder):
         return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None without such a state.
+        """Return the exact state found from joint forces, shape (3c,); None if no state is found.
 
         The first state is on the mechanism that goes with the forces. Lower states on other mechanisms follow
         until λ falls no more, or would fall to zero.
@@ -193,7 +193,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that programs (a) and (b) find from forces, shape (3c,); None without a state.
+        """Return the state that programs (a) and (b) find from forces (3c,); None if they find no state.
 
         If no forces bring the whole support to yield, the next attempt starts from the forces that come
         nearest to yield, with least z·p.
@@ -211,7 +211,7 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state; None if no lower state is found.
+        """Return a state with a lower λ than the given state; None if no such state is found.
 
         Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
         each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism
@@ -287,6 +287,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Return an answer as an exact state, without the dual variables of its yield conditions."""
+    """Convert an answer to an exact state; the dual variables of its yield conditions are not known."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

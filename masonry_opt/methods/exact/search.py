@@ -31,7 +31,8 @@ class StateRecord:
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including starts without an exact state
-        #: Lowest load factor of a physically meaningful state, which need not be the answer.
+        #: Lowest load factor of all physically meaningful states. The state with this load factor need not be
+        #: the answer.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -47,7 +48,7 @@ class StateRecord:
 
     @property
     def _above_zero(self) -> list[float]:
-        """Load factors above zero of the different states; all load factors if none is above zero."""
+        """Load factors above zero of the different states; without any above zero, all load factors."""
         return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
@@ -57,7 +58,7 @@ class StateRecord:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that count the states above zero, and name the lowest load factor if not above zero."""
+        """Reasons with the number of states above zero, and with a lowest load factor of zero or less."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
@@ -74,7 +75,7 @@ class StateRecord:
 
 
 class Search:
-    """Search for lower exact states of one problem, from random starts and near the lowest state."""
+    """Search for exact states of lower λ, from random starts and from starts near the lowest state found."""
 
     def __init__(
         self,
@@ -85,7 +86,8 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: Lowest state that is known from elsewhere; None without one. Later starts begin from it.
+        #: State with the lowest load factor known from outside the search, near which later starts are drawn;
+        #: None if no state is known.
         self.known: ExactState | None = None
 
     @property
@@ -95,16 +97,16 @@ class Search:
 
     @cached_property
     def _random(self) -> RandomForces:
-        """Generator of random forces, whose linear program is built once."""
+        """Generator of random forces. Its linear program is built once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Largest load factor within equilibrium and yield; None if infinite or not existing."""
+        """Largest λ with admissible forces in equilibrium; None if there is no largest λ."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Return the exact state found from joint forces (3c,), or None, and count the start."""
+        """Count a start, and return the exact state found from its joint forces (3c,), or None."""
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
@@ -221,7 +223,7 @@ class Search:
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return a random mean of the forces of a state and of forces with a lower load factor.
+        """Return a mean, with random weights, of the forces of a state and of forces with a lower λ.
 
         The forces with the lower load factor result if a few of the active yield conditions are released.
         """
@@ -243,7 +245,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the state with the lower load factor; None if both states are None.
+    """Return the state with the lower load factor of two states, each of which may be None.
 
     - Of two states with equal load factors, it is the exact one, or else the first.
     - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.

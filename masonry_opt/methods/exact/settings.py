@@ -10,16 +10,16 @@ class SearchSettings:
     ``benchmarks/lowest.py`` measures how often the default's lowest load factor is above the least known.
     """
 
-    #: Range of load factors of random forces, as shares of the lowest known load factor. Smaller shares lead
-    #: to states that differ more, and more often lead to no state.
+    #: Random forces are drawn at load factors in this range, relative to the lowest known load factor. With
+    #: smaller values the states found differ more, and more starts find no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: Range of the share of yield conditions whose slacks a draw of random forces minimises. A larger share
-    #: makes draws more similar.
+    #: Each draw of random forces minimises the slacks of a share of the yield conditions; this is the range
+    #: of the share. With larger shares the draws are more similar.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
-    #: Number of successive starts without a lower state after which the default method ends its search of a
-    #: small scene in the plane. More starts take proportionally longer and find rarer states.
+    #: On small scenes in the plane the default method ends its search after this number of successive starts
+    #: that do not lower λ. More starts take proportionally longer and find rarer states.
     starts_in_vain: int = 100
 
     #: The same number if it is proven that no state between zero and the answer exists. These starts look for
@@ -31,16 +31,18 @@ class SearchSettings:
     #: history.
     steps_in_space: tuple[float, ...] = (0.9, 0.5)
 
-    #: In space: number of random starts of the default method after the load steps. More starts find lower
-    #: states more often and take proportionally longer.
+    #: In space, number of random starts of the default method after the starts from load steps. More starts
+    #: lower λ more often and take proportionally longer.
     starts_in_space: int = 6
 
-    #: In space: series of weights of the energy relative to λ for the additional starts of the default
-    #: method. Fewer weights take proportionally less time. Faster rising weights lead to higher states.
+    #: In space, weights of the energy relative to λ that each further start of the default method uses one
+    #: after the other. Fewer weights take proportionally less time. If the weights increase faster, the load
+    #: factors found are higher.
     weights_in_space: tuple[float, ...] = (3.0, 10.0, 30.0, 1e2, 1e4)
 
     #: Number of contacts in space above which the default method takes only one additional start, from the
-    #: forces of the lowest state. On larger scenes random forces take longer than all other steps.
+    #: forces of the state with the lowest load factor. With more contacts, starts from random forces would
+    #: take longer than all other steps.
     most_contacts: int = 250
 
     #: Largest number of joints in the plane for which linear programs are solved by the simplex method. On
@@ -48,65 +50,69 @@ class SearchSettings:
     #: steps.
     simplex_up_to: int = 500
 
-    #: Share of the active yield conditions that a start near the lowest state releases; at least one is
-    #: released. A larger share leads to states that differ more.
+    #: Share of the active yield conditions that a start near the known state of lowest λ releases; at least
+    #: one condition is released. With a larger share the states found differ more.
     released_share: float = 0.02
 
     #: Standard deviation of the logarithm of the random factors on the loads of each block, for starts of
     #: kind "loads".
     load_deviation: float = 0.5
 
-    #: Shares of their strength that ties and other limited forces use at most, in the first starts of a scene
-    #: with such forces. More shares find states in which ties do not yield more often.
+    #: In the first starts, ties and other limited forces may use at most these shares of their strength, one
+    #: share for each start. With more shares, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
-    #: Linear programs in a fixed-point iteration at most. More programs seldom change the state.
+    #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
     fixed_point_iterations: int = 15
 
-    #: Joints of a small scene in the plane at most, on which the default tries further starts. On larger
-    #: scenes they take longer than all other steps together.
+    #: Largest number of joints of a "small" scene in the plane, on which the default method tries further
+    #: starts. On larger scenes further starts would take longer than all other steps together.
     small: int = 60
 
-    #: Rate above which a yield condition is in the support of a mechanism. If smaller, rounding adds to the
-    #: support; if larger, slow parts of a mechanism are left out.
+    #: Rate above which a yield condition counts as moving. If this value is smaller, rounding errors count as
+    #: motion; if it is larger, slow parts of a mechanism are ignored.
     at_rest: float = 1e-9
 
-    #: Slack below which a condition is at yield. If smaller, rounding hides conditions at yield; if larger,
-    #: mechanisms move conditions that are not at yield.
+    #: Slack below which a condition counts as at yield. If this value is smaller, rounding hides conditions
+    #: at yield; if it is larger, mechanisms may involve conditions that are not at yield.
     at_yield: float = 1e-7
 
-    #: Size below which HiGHS drops entries of a program; its own default is 1e-9. If larger, rows of joints
-    #: that are skew by less contradict each other; if smaller, rounding counts.
+    #: HiGHS drops matrix entries below this size; the default of HiGHS is 1e-9. With a larger size the rows
+    #: of nearly parallel joints can contradict each other; with a smaller size rounding errors count as
+    #: entries.
     smallest_entry: float = 1e-12
 
-    #: Largest number of times that forces are replaced by nearer ones. More repairs seldom lead lower.
+    #: Largest number of times that start forces are replaced by forces nearer to a mechanism. More
+    #: replacements seldom lower λ.
     repairs: int = 2
 
     #: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.
     seconds_per_joint: float = 0.2
 
-    #: Weight of the energy z·p over λ if a mechanism is known roughly. If smaller, more energy is left: on
-    #: façades half as much again with 10. If larger, λ is higher: by up to 0.2 % with 100.
+    #: Weight of the energy z·p relative to λ if a mechanism is known roughly. With a smaller weight more
+    #: energy remains: on façades 50 % more with 10. With a larger weight λ is higher: by up to 0.2 % with
+    #: 100.
     weight: float = 30.0
 
-    #: Weights of the energy over λ, in turn, of the alternation in the plane. Smaller weights let λ fall
-    #: further, and larger ones leave less energy.
+    #: Weights of the energy relative to λ that the alternation in the plane uses one after the other. With
+    #: smaller weights λ is lower; with larger weights less energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights of the alternation in space. The next series is tried if one leads to no state.
-    #: Weights that rise slowly lead lower. Large weights from the start stay near the first forces, which
-    #: helps on many rings of wedges.
+    #: Series of weights of the alternation in space. If a series finds no state, the next series is tried.
+    #: With slowly increasing weights λ is lower. Weights that are large from the beginning keep the forces
+    #: near the first ones, which helps on many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),
     )
 
-    #: Tolerances of the interior points in space; the next one is tried if the solver does not reach one. In
-    #: the plane only the first one is tried. If larger, yield is violated more: at 1e-10 by 3e-8 on façades.
+    #: Tolerances of the interior-point solver in space. If the solver does not reach a tolerance, the next
+    #: one is tried; in the plane only the first one is tried. With larger tolerances yield conditions are
+    #: violated more: at 1e-10 by 3e-8 on façades.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
-    #: Largest energy of a state of the alternation, relative to λ. If larger, states are less exact; if
-    #: smaller, more starts lead to none.
+    #: Largest energy z·p of a state of the alternation, relative to λ. If this limit is larger, states are
+    #: less exact; if it is smaller, more starts find no state.
     largest_energy: float = 1e-5
 
 

@@ -56,23 +56,27 @@ class IncrementalResult:
 
     end: End
     history: LoadHistory
-    carried: float = 0.0  #: largest load factor under which the blocks found equilibrium
-    not_carried: float = inf  #: load factor under which they collapsed
+    carried: float = 0.0  #: largest load factor under which the blocks came to equilibrium
+    not_carried: float = inf  #: load factor under which the blocks collapsed
     state: Answer | None = None  #: exact state at a load factor between ``carried`` and ``not_carried``
-    #: Exact state in which the blocks move on after the collapse, under a load factor below ``carried``.
+    #: Exact state with a load factor below ``carried``, in which the blocks continue to move after the
+    #: collapse.
     state_in_motion: Answer | None = None
-    #: Motion under ``not_carried``, or under a dead load that is not carried.
+    #: Motion of the blocks under ``not_carried``, or under the dead load if the dead load is not carried.
     collapse: Collapse | None = None
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state, else ``carried``; None if there was no collapse."""
+        """Load factor of the exact state; without an exact state, ``carried``.
+
+        None if the analysis did not end in a collapse.
+        """
         if self.end is not End.COLLAPSE:
             return None
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return the result with a given exact state added, if the state belongs to the collapse.
+        """Return a result to which an exact state is added if the state belongs to the collapse.
 
         A state between both loads is that of the collapse. In a lower one the blocks move on after it.
         """
@@ -86,7 +90,7 @@ class IncrementalResult:
 
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if the load factor of a state lies between two others, up to ``SAME`` of ``size``."""
+    """Return True if λ of a state lies between two load factors, up to a rounding of ``SAME`` × ``size``."""
     rounding = SAME * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
@@ -107,7 +111,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or the motion under it."""
+        """Equilibrium under the dead load from rest, or without an equilibrium the motion under it."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -120,13 +124,13 @@ class IncrementalAnalysis:
 
     @property
     def preload_forces(self) -> np.ndarray | None:
-        """Joint forces (3c + t,) under the dead load from rest; None if the dead load is not carried."""
+        """Joint forces (3c + t,) at rest under the dead load; None if there is no equilibrium from rest."""
         if not isinstance(self.preload, Equilibrium):
             return None
         return self.solver.law.of_problem(self.preload.response.forces)
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
-        """Return an analysis of another problem with the same joints, with the same settings.
+        """Return an analysis, with equal settings, of another problem that has equal joints.
 
         The order of the unknowns is kept if the elastic stiffness is the same.
         """
@@ -166,7 +170,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
 
 
 class _LoadRaising:
-    """Search for the collapse load, which raises the live load step by step from the preload."""
+    """Search for the collapse load: the live load is raised step by step, starting from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -210,7 +214,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Raise the load until the blocks are in equilibrium or collapse."""
+        """Apply a larger load factor, and record whether the blocks come to equilibrium or collapse."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -230,7 +234,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try loads above the load of a slow motion; return False if these motions are slow too."""
+        """Try larger loads than that of a slow motion; return False if all their motions are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -238,7 +242,7 @@ class _LoadRaising:
         return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
-        """Raise the load by Newton's method, and return True if the method finds an equilibrium."""
+        """Solve for equilibrium under a larger load by Newton's method; return True if it converges."""
         predictor = (load_factor - self.carried) * self.rate
         found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
         if found is None:
@@ -248,7 +252,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a higher load, from which the search continues."""
+        """Record an equilibrium under a larger load. The search continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
@@ -258,7 +262,7 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if an exact state can still be the limit of the load."""
+        """Return True if the load factor of an exact state can still be the largest one that is carried."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -273,7 +277,8 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # Contacts that slipped during the motion may stick now. A small increment shows which do.
+            # Contacts that slipped during the motion may stick now. A small increment shows which contacts
+            # stick.
             return settings.tolerance * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
         by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
@@ -281,7 +286,7 @@ class _LoadRaising:
         return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
-        """Narrow the bracket between the load that is carried and the load that is not.
+        """Narrow the bracket between the load factor that is carried and the one that is not.
 
         With an exact state the next loads lie just below and just above the state. Newton's method alone
         tries the load above: if the method succeeds, the state is not the limit. Without an exact state
@@ -305,16 +310,16 @@ class _LoadRaising:
             self._reach((self.carried + self.unreached) / 2)
 
     def _is_close(self, load_factor: float, larger: float) -> bool:
-        """Return True if two load factors differ by the tolerance at most."""
+        """Return True if two load factors differ by no more than the tolerance."""
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return load factors just below and above that of an exact state, within the bracket."""
+        """Return a load factor just below, and one just above, the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Return the increment, doubled up to the first change of a contact; infinity without any change."""
+        """Double the increment until a contact changes its state; return infinity if none ever changes."""
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )
@@ -337,7 +342,8 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            # A load that is negligible beside the dead load is not bisected: rounding would decide.
+            # A live load that is negligible compared with the dead load is not bisected, because rounding
+            # errors would decide.
             is_negligible = self.carried == 0
             is_fine = self.unreached - self.carried <= SAME * size
             return self.state is not None or is_negligible or is_fine

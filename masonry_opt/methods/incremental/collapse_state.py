@@ -36,7 +36,7 @@ class _FarState:
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
-    """Return the exact state of a collapse by displacement control; None if the method fails."""
+    """Solve for the exact state of a collapse by displacement control; return None if the method fails."""
     trial, motion = collapse.state.trial, collapse.motion
     for _ in range(solver.settings.exact_solves):
         far = _solve_far_along(solver, trial, motion, load_factor)
@@ -52,12 +52,12 @@ def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_fac
 def find_collapse_state(
     solver: EquilibriumSolver, collapse: Collapse, effort: Effort | None = None
 ) -> Answer | None:
-    """Return the exact state that two programs find near a collapse; None without a state.
+    """Return the exact state that two optimisation programs find near a collapse; None if they find none.
 
     In the plane linear programs solve for the mechanism and the statics of the forces at the collapse. In
     space and on large scenes interior points do so.
     """
-    # Imports a modelling language, which takes seconds.
+    # These modules import a modelling language, which takes seconds.
     from masonry_opt.methods.exact.alternation import Alternation
     from masonry_opt.methods.exact.refiner import Refiner
 
@@ -74,7 +74,7 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state ``far`` along a motion (3b,); None if Newton's method fails."""
+    """Return the state after a displacement ``far`` along a motion (3b,); None if Newton's method fails."""
     problem = solver.problem
     if solver.moves_no_joint(motion):
         return _balance_rigid_motion(solver, trial, motion)
@@ -100,7 +100,7 @@ def _solve_far_along(
 def _balance_rigid_motion(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
 ) -> _FarState | None:
-    """Return the state in which all loads do no work on a rigid motion (3b,), or None."""
+    """Return the state at the λ at which all forces together do no work in a rigid motion (3b,), or None."""
     problem, response = solver.problem, solver.law.respond(trial)
     work = float(problem.live @ motion)
     if work == 0:
@@ -110,7 +110,7 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return a state with its certificate, with the velocities that satisfy the conditions better.
+    """Return a state with certificate; of two motions, take the one that satisfies conditions better.
 
     Without work of the live load there is no load factor: None.
     """

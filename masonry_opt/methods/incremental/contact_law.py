@@ -35,7 +35,7 @@ from masonry_opt.problem.problem import Problem
 def mean_force_and_compliance(
     problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the mean contact force under the dead load, and the compliance of each force, shape (3c + t,).
+    """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
 
     Under the mean force a joint of mean length, in space of mean area, closes by one unit. The stiffness
     grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
@@ -54,13 +54,16 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Forces of the contacts under trial forces. The m columns are the joints, then the limited forces."""
+    """Forces of the contacts under trial forces: m columns for the joints and the limited forces (ties)."""
 
-    forces: np.ndarray  #: shape (3, m): n₁, n₂ and s, in space n, s and t; limited forces in the last row
+    #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m); limited forces are in the last
+    #: row.
+    forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` (first axis) by trial forces (second), shape (3, 3, m)
-    remembered: np.ndarray  #: trial forces from which the next step goes on, without past slip, shape (3, m)
-    sliding: np.ndarray  #: joints that press and are at their friction limit, shape (c,)
-    open: np.ndarray  #: joints without normal force, shape (c,)
+    #: Trial forces from which the next step starts, without the slip so far, shape (3, m).
+    remembered: np.ndarray
+    sliding: np.ndarray  #: True for joints that press and are at their friction limit, shape (c,)
+    open: np.ndarray  #: True for joints without normal force, shape (c,)
 
 
 class ContactLaw:
@@ -108,7 +111,7 @@ class ContactLaw:
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
-        """Return forces, tangent and memory under trial forces, shape (3, m)."""
+        """Return forces, tangent and remembered trial forces under given trial forces, shape (3, m)."""
         forces, remembered = np.zeros_like(trial), np.zeros_like(trial)
         tangent = np.zeros((3, *trial.shape))
         joints = slice(self.joints)
@@ -123,7 +126,7 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Fill in forces, tangent and memory of ties, props and earth."""
+        """Compute forces, tangent and remembered trial forces of ties, props and earth."""
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -146,7 +149,7 @@ class ContactLaw:
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> np.ndarray:
-        """Fill in forces, tangent and memory of the joints, eqs (1) to (4).
+        """Compute forces, tangent and remembered trial forces of the joints, eqs (1) to (4).
 
         Return the joints that are at their friction limit, shape (c,).
         """
@@ -154,7 +157,7 @@ class ContactLaw:
         size = np.abs(trial[2]) if self.points == 2 else np.hypot(trial[1], trial[2])
         n, tangent[normal, normal] = self._press(trial[normal])
         limit = self.cohesion + self.friction * n.sum(axis=0)
-        # A joint without any force, as before the dead load acts, sticks.
+        # A joint without any force sticks, such as every joint before the dead load acts.
         untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
         slides = self.can_slide & (size >= (1 - self._rounding) * limit) & ~untouched
         remembered[normal] = trial[normal]
@@ -173,7 +176,7 @@ class ContactLaw:
     def _add_slip_tangent(
         self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
     ) -> None:
-        """Complete the tangent, which has only the derivative of the normal forces, by that of the shears."""
+        """Add the derivatives of the shears to a tangent that contains only those of the normal forces."""
         normal, shear = slice(self.points), slice(self.points, 3)
         pressed = tangent[normal, normal].sum(axis=0)
         limit_rate = slides * self.friction * pressed
@@ -235,9 +238,9 @@ class StrengthPolygon:
 
     @cached_property
     def _corners(self) -> np.ndarray:
-        """Corners of the polygon over the crushing force, shape (corners, 2), counter-clockwise."""
-        # Knots x = n / (f_c L) of the chords; at each, m = L/2 · x (1 - x), so that n₁, n₂ = (x ± x (1 -
-        # x)) / 2.
+        """Corners of the polygon, divided by the crushing force, counter-clockwise, shape (corners, 2)."""
+        # Knots of the chords are values of x = n / (f_c L). At a knot m = L/2 · x (1 - x), so that n₁, n₂ =
+        # (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
@@ -252,7 +255,7 @@ class StrengthPolygon:
         length = np.hypot(sides[:, 0], sides[:, 1])
         along = sides / length[:, None]
         offset = trial - corners
-        # The interior lies to the left of each side.
+        # Corners are counter-clockwise, so the interior lies to the left of each side.
         outside = (along[:, 1] * offset[:, 0] - along[:, 0] * offset[:, 1]).max(axis=0) > 0
         share = np.clip((offset * along).sum(axis=1), 0.0, length)
         foot = corners + share[:, None] * along
@@ -266,7 +269,7 @@ class StrengthPolygon:
 
 
 def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:
-    """Return values in the problem's order (3c + t,) by joint and limited force, shape (3, m)."""
+    """Rearrange values from the problem's order (3c + t,) to columns by joint and limited force, (3, m)."""
     table = np.full((3, len(values) - 2 * joints), fill)
     table[:2, :joints] = values[: 2 * joints].reshape(2, joints)
     table[2] = values[2 * joints :]

@@ -36,7 +36,7 @@ from masonry_opt.problem.problem import Problem
 
 @dataclass(frozen=True)
 class BlockState:
-    """Trial forces that the contacts remember, and displacements of the blocks."""
+    """State of a load history: trial forces that the contacts remember, and displacements of the blocks."""
 
     trial: np.ndarray  #: shape (3, m)
     d: np.ndarray  #: shape (3b,)
@@ -44,7 +44,7 @@ class BlockState:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A state of equilibrium."""
+    """State of equilibrium, with the forces of the contacts."""
 
     state: BlockState
     response: Response  #: of the contacts
@@ -53,7 +53,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """A motion beyond ``far``."""
+    """Motion of the blocks beyond the displacement ``far``, which counts as collapse."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
@@ -61,20 +61,20 @@ class Collapse:
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """A damped motion that took ``motion_solves`` without equilibrium or collapse."""
+    """Damped motion that reached neither equilibrium nor collapse within ``motion_solves`` linear solves."""
 
     state: BlockState  #: at the end
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Displacements from a state, and the response of the contacts."""
+    """Displacements from a state, with the response of the contacts and the residuals."""
 
     state: BlockState
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: residual of (2), or of (1) without damping, shape (3b,)
+    residual: np.ndarray  #: residual of eq. (2), or without damping of eq. (1), shape (3b,)
 
 
 class EquilibriumSolver:
@@ -120,7 +120,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Return the equilibrium of the blocks under a load (3b,) from a state, or their collapse.
+        """Start from a state and return the equilibrium of the blocks under a load (3b,), or their collapse.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
         beyond ``far`` does not count: joints that are not quite parallel jam there.
@@ -138,7 +138,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion (2) to equilibrium, to collapse, or to the largest number of solves."""
+        """Follow the damped motion, eq. (2), to equilibrium, collapse, or the largest number of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -170,7 +170,7 @@ class EquilibriumSolver:
         return change
 
     def size_of_motion(self, displacement: np.ndarray) -> float:
-        """Return the root mean square motion of the contacts, in elastic displacements."""
+        """Return the root mean square of the motions of all contacts, in elastic displacements."""
         return self.size(self.trial_change(displacement))
 
     def size(self, forces: np.ndarray) -> float:
@@ -204,14 +204,14 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the displacement beyond which the blocks have collapsed under a load (3b,)."""
+        """Return the displacement beyond which blocks count as collapsed under a load (3b,)."""
         return self.settings.far * max(1.0, self.size(load))
 
     def _negligible(self, load: np.ndarray) -> float:
         return self.settings.equilibrium * max(1.0, self.size(load))
 
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
-        """Return a motion of blocks without resistance by any contact; None if every motion is resisted.
+        """Return a motion of the blocks that no contact resists; None if contacts resist every motion.
 
         The damping, which is that of the contacts, does not slow such a motion.
         """
@@ -230,7 +230,7 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return the displacement ``far`` along a mechanism, or None if the motion may still stop.
+        """Return a displacement of size ``far`` along a mechanism; None if the motion may still stop.
 
         Without damping these forces cause a displacement that is this large only along a mechanism.
         """
@@ -244,7 +244,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.
+        """Return an implicit Euler step of eq. (2), and the share of the step that was taken.
 
         Newton's method goes on as long as each iteration halves the residual. If it fails, the step is a part
         of the first iteration; None if that part is too short.
@@ -262,12 +262,12 @@ class EquilibriumSolver:
         return self._shorten(start, first, load)
 
     def _iterate(self, start: _Step, step: _Step, load: np.ndarray, damping: float) -> _Step:
-        """Return the next Newton iteration of the step in time from ``start``."""
+        """Return the result of one more Newton iteration of the time step that begins at ``start``."""
         x = self.solve_linear(step.response.tangent, damping, step.residual)
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a step until the tangent predicts the forces well; return the part and its length.
+        """Halve a time step until the tangent predicts the forces well; return the step and its share.
 
         The tangent predicts that forces out of balance change linearly to those that the damping balances.
         """
@@ -283,7 +283,7 @@ class EquilibriumSolver:
         return None, 0.0
 
     def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
-        """Solve (1) by Newton's method with backtracking; None if it fails."""
+        """Solve eq. (1) by Newton's method with backtracking; return None if the method fails."""
         step = self._evaluate(state, load, 0.0, predictor)
         size = self.size(step.residual)
         for _ in range(self.settings.newton_iterations):

@@ -77,7 +77,7 @@ def incremental(task: Task) -> Solution:
 
 
 def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solution:
-    """Return the solution of an analysis, by how it ended."""
+    """Return the solution of an analysis, with the status and reasons that follow from its end."""
     steps = len(result.history.steps)
     solution = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
     if result.end is End.UNSTABLE:
@@ -96,7 +96,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
 
 
 def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solution: Solution) -> Solution:
-    """Return the solution with the exact state of the collapse, or with the range of its load factor."""
+    """Return the solution after a collapse: the exact state, or else the range of the load factor."""
     told: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
     if result.state is not None:
         ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **told)
@@ -111,7 +111,7 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
-    """Return the equilibrium under the largest load that is carried, with the motion of the collapse."""
+    """Return the equilibrium under the largest carried load, together with the motion of the collapse."""
     problem, collapse = analysis.problem.by_cone, result.collapse
     assert collapse is not None
     work = float(problem.live @ collapse.motion)
@@ -120,7 +120,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return the exact state in which a share of the dead load brings the scene down, if one is found."""
+    """Return the exact state in which part of the dead load makes the scene fall; None if none is found."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -133,7 +133,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Return the solution with its load–displacement curve, if it has a load history."""
+    """Mark a solution that has a load history as one that shows its load–displacement curve."""
     history = solution.load_history
     if history is None:
         return solution
@@ -142,7 +142,7 @@ def _with_curve(solution: Solution) -> Solution:
 
 
 def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
-    """Return ranges of the incremental load factor, over draws of stiffness and over draws of self-stress.
+    """Return the ranges of the incremental load factor for random stiffness and for random self-stress.
 
     A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
     """
@@ -166,7 +166,7 @@ def _stressed(
 
 
 def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
-    """Return the least and largest incremental load factor, and the number of load histories."""
+    """Return the least and the largest incremental load factor, and the number of histories that collapse."""
     ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
     found = [load_factor for load_factor in ends if load_factor is not None]
     return ((min(found), max(found)) if found else None), len(found)

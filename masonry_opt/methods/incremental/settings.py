@@ -5,78 +5,83 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class IncrementalSettings:
-    """Numbers that control the incremental analysis. Most users need the first three at most.
+    """Settings of the incremental analysis. Most users need only the first three.
 
     The mean contact force is that under the dead load. An *elastic displacement* is the closing of a joint of
     mean length, in space of mean area, under the mean contact force.
     """
 
-    #: Gap between the load that is carried and the load that is not, where no exact state lies between them,
-    #: and increment after a damped motion; both are relative to the load factor. If smaller, the search takes
-    #: more steps; if larger, the range is wider.
+    #: Largest gap between the load factor that is carried and the one that is not, if no exact state lies
+    #: between them, relative to the load factor. The increment after a damped motion is equally large. If
+    #: this value is smaller, the search takes more steps; if it is larger, the range is wider.
     tolerance: float = 1e-3
-    #: Change of the contact forces in one load increment, relative to their mean. If smaller, there are more
-    #: increments; if larger, contacts that slip to and fro may lead to another equilibrium.
+    #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
+    #: are more increments; with a larger value contacts that slip to and fro may lead to another equilibrium.
     increment: float = 0.1
-    #: Displacement beyond which the blocks have collapsed, in elastic displacements, and under loads larger
-    #: than the mean contact force in proportion to them. If smaller, a long slide to a new equilibrium counts
-    #: as a collapse; if larger, joints that are not quite parallel may jam first.
+    #: Displacement beyond which the blocks count as collapsed, in elastic displacements. For loads that
+    #: exceed the mean contact force, the displacement is multiplied by their ratio. If this value is smaller,
+    #: a long slide to a new equilibrium counts as collapse; if it is larger, joints that are not quite
+    #: parallel may jam first.
     far: float = 1e4
 
-    #: Joints, in space contacts, up to which other methods compute the incremental load factor too. If
-    #: larger, scenes take many minutes for a number that was not asked for.
+    #: Largest number of joints (in space, of contacts) of scenes for which other methods also compute the
+    #: incremental load factor. On larger scenes it would take many minutes.
     most_joints: int = 3000
 
-    #: Smallest increment, relative to the load factor; an exact state within so narrow a range ends the
-    #: search. If smaller, there are more increments near collapse; if larger, the path is less accurate
-    #: there.
+    #: Smallest increment, relative to the load factor. The search also ends if an exact state lies in a range
+    #: that is no wider. If this value is smaller, there are more increments near collapse; if it is larger,
+    #: the load history is less accurate near collapse.
     smallest_increment: float = 1e-2
-    #: Number of increments at most. If smaller, loads without any limit end sooner, but long histories may
-    #: too.
+    #: Largest number of increments. With a smaller number an analysis without a limit of the load ends
+    #: sooner, but long load histories may remain undecided.
     increments: int = 2000
-    #: Factor by which the load must grow without any event to prove that it has no limit. Loads larger than
-    #: this multiple of the mean contact force are not raised further without such a proof. If smaller, an
-    #: event at a very high load may be missed; if larger, wedged scenes without a proof take longer.
+    #: The load has no limit if it can grow by this factor without a change at any contact. Without such a
+    #: proof the load is raised up to this multiple of the mean contact force. If the factor is smaller, a
+    #: change under a very large load may be missed; if it is larger, wedged scenes without a proof take
+    #: longer.
     unbounded: float = 1e5
 
-    #: Force out of balance at equilibrium, relative to the mean contact force, or to the load if that is
-    #: larger. If smaller, Newton's method takes more iterations; if larger, errors add up over the history.
+    #: Largest unbalanced force at equilibrium, relative to the mean contact force or to the load, whichever
+    #: is larger. With a smaller value Newton's method takes more iterations; with a larger value errors add
+    #: up over the load history.
     equilibrium: float = 1e-9
-    #: Iterations of Newton's method at most. If smaller, the damped motion begins more often; if larger,
-    #: solves that fail take longer.
+    #: Largest number of iterations of Newton's method. With fewer iterations the damped motion begins more
+    #: often; with more iterations solves that fail take longer.
     newton_iterations: int = 20
-    #: Halvings of a Newton step at most, in search of a smaller residual, and of a step in time that is too
-    #: long. If smaller, the damped motion begins more often; if larger, solves that fail take longer.
+    #: Largest number of halvings of a Newton step that does not reduce the residual, and of a time step that
+    #: is too long. With fewer halvings the damped motion begins more often; with more halvings solves that
+    #: fail take longer.
     halvings: int = 4
 
-    #: Factor by which the damping falls after a whole step in time, and grows after a part of one. If
-    #: smaller, the motion takes more steps; if larger, more of them are too long.
+    #: Factor by which the damping decreases after a complete time step, and increases after a shortened one.
+    #: With a smaller factor the motion takes more steps; with a larger factor more steps must be shortened.
     acceleration: float = 4.0
-    #: Linear solves of a motion at most. If it ends neither at rest nor beyond ``far``, its load is
-    #: undecided. If smaller, slow slides remain undecided; if larger, they take longer.
+    #: Largest number of linear solves of a motion. If the motion then is neither at rest nor beyond ``far``,
+    #: it is undecided if the load is carried. With a smaller number slow slides remain undecided; with a
+    #: larger number they take longer.
     motion_solves: int = 1000
-    #: Solves for the exact state at a collapse at most, each ``far`` along the motion. If smaller, more
-    #: collapses in space, where directions of slip turn, have no exact state; if larger, those without one
-    #: take longer.
+    #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
+    #: fewer solves an exact state is found for fewer collapses in space, where directions of slip change;
+    #: with more solves collapses without an exact state take longer.
     exact_solves: int = 4
-    #: Share of the forces out of balance that no contact resists, even if all contacts stick, above which
-    #: blocks move without moving any joint. If smaller, rounding may look like such a motion; if larger, the
-    #: motion of a few small blocks may be missed.
+    #: Blocks can move without moving any joint if contacts that all stick leave more than this share of the
+    #: unbalanced forces unresisted. With a smaller share rounding errors may look like such a motion; with a
+    #: larger share the motion of a few small blocks may be missed.
     unresisted: float = 1e-3
-    #: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion
-    #: without end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks
-    #: may be missed.
+    #: A motion has no end if the unbalanced forces change by less than this share along the motion up to
+    #: ``far``. With a smaller share endless motions are recognised later; with a larger share a contact that
+    #: stops the blocks may be missed.
     steady: float = 1e-2
-    #: Relative rounding. Within it of the friction limit a joint slides, a force is zero, relative to the
-    #: mean contact force, and a motion of the blocks moves no joint. If smaller, rounding errors count; if
-    #: larger, joints near their limit slide too early.
+    #: Relative size of rounding errors: of a joint's distance from its friction limit, of a force (relative
+    #: to the mean contact force), and of the motion of joints (relative to that of the blocks). If this value
+    #: is smaller, rounding errors count; if it is larger, joints near their friction limit slide too early.
     rounding: float = 1e-9
-    #: Stiffness that is added to the diagonal of matrices, and damping that always remains, relative to the
-    #: elastic stiffness. If smaller, matrices of free blocks are singular to rounding; if larger, mechanisms
-    #: are less exact.
+    #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
+    #: stiffness. If this value is smaller, matrices of free blocks are singular except for rounding errors;
+    #: if it is larger, mechanisms are less exact.
     regularisation: float = 1e-14
-    #: Half-bandwidth up to which matrices are factorised as banded ones, as in the plane. Wider ones are
-    #: factorised as sparse matrices. The choice affects times alone.
+    #: Largest half-bandwidth of matrices that are factorised as banded matrices, as in the plane. Matrices
+    #: with a larger half-bandwidth are factorised as sparse matrices. The choice affects only the time.
     narrow_band: int = 200
     #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If
     #: larger, the contacts differ more.

@@ -26,7 +26,7 @@ class Factors(Protocol):
 
 
 class StiffnessMatrix:
-    """Assembles and factorises S = B J k Bᵀ + η B k Bᵀ for any tangent J and damping η."""
+    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ; assembled and factorised for a tangent J and damping η."""
 
     def __init__(
         self, problem: Problem, law: ContactLaw, settings: IncrementalSettings | None = None
@@ -62,7 +62,7 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if the matrix is that of a problem with the same joints and elastic stiffness."""
+        """Return True if this object suits a problem: its joints and elastic stiffness are equal."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
@@ -81,7 +81,7 @@ class Band:
         row, column = place[rows], place[columns]
         self.width = int(np.abs(row - column).max(initial=0))
         self._size = size
-        # LAPACK stores columns one after another, with room for pivoting above the band.
+        # LAPACK stores columns one after another, with additional rows for pivoting above the band.
         self._at = column * (3 * self.width + 1) + 2 * self.width + row - column
 
     def factorise(self, values: np.ndarray) -> "BandFactors":
@@ -109,7 +109,7 @@ class BandFactors:
 
 
 class SparseOrder:
-    """Order of the unknowns with little fill (minimum degree), found once, then factorised by SuperLU."""
+    """Order of the unknowns with little fill (minimum degree), in which SuperLU factorises the matrix."""
 
     def __init__(self, rows: np.ndarray, columns: np.ndarray, size: int) -> None:
         pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(size, size))

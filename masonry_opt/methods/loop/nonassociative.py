@@ -36,7 +36,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return the attempt with accurate instead of rough sub-problems; None if already tried."""
+    """Return the next attempt, with accurate sub-problems; None if they are accurate already."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -44,7 +44,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return the attempt with a third of the slope α; None if α has reached its minimum.
+    """Return the next attempt, with a third of the slope α; None if α has reached its minimum.
 
     A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
     """
@@ -54,12 +54,12 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return the attempt with half the weight β of the latest normal forces."""
+    """Return the next attempt, with half the weight β of the latest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return the attempt with the paper's cohesive start (section 6.3); None if already tried.
+    """Return the next attempt, with the paper's cohesive start (section 6.3); None if already tried.
 
     Dilatancy cannot lock this start.
     """
@@ -67,13 +67,13 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return the attempt with Clarabel, or with the interior-point method of HiGHS if Clarabel failed."""
+    """Return the next attempt, with Clarabel; after Clarabel, with the interior-point method of HiGHS."""
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return the attempt with another value of one option; its ``remedy`` names option and value."""
+    """Return the next attempt, with another value of one option; its ``remedy`` names option and value."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
@@ -129,7 +129,7 @@ def nonassociative(task: Task) -> Solution:
     least: float | None = None
 
     def follow(step: Iteration) -> None:
-        """Update the least certified load factor with a step, and report the step."""
+        """Update the least certified load factor with the state of a sub-problem; report the sub-problem."""
         nonlocal least
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least):
@@ -177,7 +177,7 @@ def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions)
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution:
-    """Return the solution of the decisive run, with the history of all runs.
+    """Return the solution of the run that decides the result, with the history of all runs.
 
     It is the solution of
 

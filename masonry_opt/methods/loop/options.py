@@ -91,7 +91,7 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Return the options; preset "paper" supplies the values of options that are not set."""
+        """Return options in which the preset "paper" supplies the values that the user did not set."""
         has_preset = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if has_preset else given
 

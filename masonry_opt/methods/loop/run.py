@@ -62,9 +62,9 @@ class Iteration:
 
     iteration: int  #: number of the sub-problem in its run, from 1
     load_factor: float  #: λ of the sub-problem, uncorrected
-    #: Slope of the shear limit, relative to μ; NaN for the first sub-problem, whose limit is the true one.
+    #: Slope of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    change: float  #: largest change of a normal force since the last sub-problem, in median block weights
+    change: float  #: largest change of a normal force since the previous sub-problem, in median block weights
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
@@ -76,12 +76,12 @@ class Iteration:
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
-    remedy: str  #: option that was changed for the run; "" for the first run
+    remedy: str  #: option that was changed for this run, such as "beta=0.3"; "" for the first run
     solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; None in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
-    """Return the record of a sub-problem; ``before`` is the state of the previous sub-problem."""
+    """Return the record of a sub-problem; ``before`` is the state of the sub-problem before it."""
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
@@ -170,7 +170,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with this sub-problem, else None.
+        """Return the solution of the run if the run ends with this sub-problem; otherwise return None.
 
         A run ends in one of these cases:
 
@@ -218,8 +218,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # Sliding joints contract in a sub-problem. In joints of limited strength, crushing may explain the
-        # contraction, so that a second program is tried.
+        # Sliding joints contract in a sub-problem. In joints of limited strength the contraction may be
+        # crushing instead, so that a second program is tried.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -259,7 +259,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if the last values are positive and rise, each relative to the one before it."""
+        """Return True if the last values are positive and each exceeds the last one by a share ``rise``."""
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
@@ -290,7 +290,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state with the mechanism of an accurate sub-problem and with λ nearest to ``near``.
+    """Return the exact state that has the mechanism of an accurate sub-problem and the λ closest to ``near``.
 
     None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not belong
     together.
@@ -339,6 +339,6 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    """Return the answer of forces and velocities if both form one collapse state, else None."""
+    """Return an answer from forces and velocities if they form one collapse state; otherwise return None."""
     answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -32,14 +32,14 @@ class SubProblem:
     solved: Solved  #: status and time of the solver
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
-    alpha: float  #: α of the shear limits; NaN for the first sub-problem, which has no α
+    alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
     small_cohesion: np.ndarray  #: small cohesion c⁰ in the shear limits of the program, shape (k,)
     stands_still: bool  #: True if the relative change of λ is below option ``tol`` (step 3)
 
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """Data from which the shear limits of the next sub-problem are computed (step 4)."""
+    """Data from which step 4 computes the shear limits of the next sub-problem."""
 
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
@@ -77,7 +77,8 @@ def sub_problems(
     """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
-    limits = ShearLimits.true(problem)  # step 1: Coulomb's limits (cohesive start: a trial cohesion)
+    # Step 1: Coulomb's limits, or a trial cohesion with the cohesive start.
+    limits = ShearLimits.true(problem)
     if parameters.start == "cohesive":
         limits = ShearLimits(small_cohesion, small_cohesion + parameters.trial_cohesion)
     previous: State | None = None
@@ -85,7 +86,7 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # The trial cohesion is arbitrary and is raised as long as it is too small to carry the dead load.
+        # The first trial cohesion is arbitrary. It is raised while it is too small to carry the dead load.
         for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
                 break
@@ -126,7 +127,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return the normal force that scales the small cohesion of each joint, shape (c,).
+    """Return the normal force to which the small cohesion of each joint is proportional, shape (c,).
 
     The force is the largest normal force in the joint's connected component. It is at most ``_DWARFS`` times
     the largest force on the joint's own blocks, so that the small cohesion is small for each joint.

@@ -110,7 +110,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Return the bound of a feasible point close to x; NaN if there is none.
+        """Return the bound from a feasible point close to x; NaN if no such point is found.
 
         The point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require.
@@ -132,7 +132,7 @@ class _Convex:
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
-        """Return the point that maximises the least slack, up to 1; None if no point is interior."""
+        """Return the point with the largest least slack (at most 1); None if no point is interior."""
         import cvxpy as cp  # imported here because the import takes seconds
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
@@ -166,7 +166,7 @@ class _Convex:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Return bounds of λ from feasible points of eqs (9) and (10), in space with friction cones.
+    """Return bounds of the associative λ from feasible points of eqs (9) and (10).
 
     The points satisfy the equations to 1e-11 in units of the load and of the mean velocity, and the
     inequalities exactly. There may be no bound if the inequalities have no interior point.
@@ -208,7 +208,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 
 
 def _statics(problem: Problem, conic: bool) -> _Convex:
-    """Return eq. (9) over (q, λ): equilibrium, and the yield conditions.
+    """Return eq. (9) as a program in the variables (q, λ): equilibrium and yield conditions.
 
     In space the yield conditions are n ≥ 0, the cones |(s, t)| ≤ c + μ n, and limits of forces.
     """

@@ -151,7 +151,7 @@ def run_plan(
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
 ) -> judge.Comparison:
-    """Make the runs that are not in the journal of a folder, and judge all runs; see :func:`compare`.
+    """Make the runs that are missing in the journal of a folder, and judge all runs; see :func:`compare`.
 
     ``known`` are exact Coulomb states by scene name, in addition to those of the runs.
     """
@@ -183,8 +183,8 @@ def run_plan(
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     without_best = sorted({*coulomb["scene"]} - {*best})
     if without_best:
-        why = "no low state is known, and no run searches for it: add 'coulomb' or 'mpec' to the methods"
-        notes.append(f"no gap to a low exact state is given on {', '.join(without_best)}: {why}")
+        why = "no exact state is known, and no run searches for one: add 'coulomb' or 'mpec' to the methods"
+        notes.append(f"no gap to the best exact state is given on {', '.join(without_best)}: {why}")
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
     )
@@ -200,7 +200,7 @@ class _JournalRuns:
     notes: list[str]  #: list to which notes on missing values are added
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of all runs; no repeats are made of runs that take long or fail."""
+        """Yield the rows of all runs. Runs that take long or fail are not repeated."""
         # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()
@@ -227,7 +227,7 @@ class _JournalRuns:
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a recorded run was killed at a lower limit of time or memory than now applies."""
+        """Return True if a recorded run was killed at a limit of time or memory below the present limit."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)

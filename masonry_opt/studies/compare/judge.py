@@ -135,7 +135,7 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
 
 
 def chart_name(question: str) -> str:
-    """Return the name of the chart of time against error for a question."""
+    """Return the name of the chart of time against error, for associative or Coulomb load factors."""
     return f"time_error_{question.lower()}"
 
 
@@ -157,7 +157,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return the claims that bounds of the associative load factor prove (True) or refute (False).
+    """Return True for claims that bounds of the associative λ prove, and False for refuted claims.
 
     The bounds decide the associative question completely. With Coulomb's flow the admissible states of
     equilibrium are equal, but mechanisms differ. Only two conclusions hold for the Coulomb question:
@@ -179,12 +179,12 @@ def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
 
 
 def question_of(method: str) -> str:
-    """Return the question that a method answers: ASSOCIATIVE or COULOMB."""
+    """Return the kind of load factor that a method computes: ASSOCIATIVE or COULOMB."""
     return ASSOCIATIVE if METHODS[method].associative else COULOMB
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return what a run claims about its scene (one of CLAIMS), or else the status in which the run ended."""
+    """Return the claim of a run about its scene (one of CLAIMS); without a claim, the status of the run."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER
@@ -242,7 +242,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) but need not maximise
-        # λ. Only the upper bound applies to such states.
+        # λ. Only the upper bound is valid for their load factors.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
@@ -274,7 +274,7 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table with one row for each scene and pair: median times, worst verdict of the repeats.
+    """Return a table with a row for each scene and pair: median times and worst verdict of the repeats.
 
     ``time`` is that of the solve, in seconds, without the parts that all pairs share: reading the scene and
     checking its dead load.
@@ -372,7 +372,7 @@ class Comparison:
             lines += [
                 f"{counted(len(self.scenes), 'scene')}; success: share of runs that are certified or named"
             ]
-            lines += ["named: no load factor exists, and the run reports the right reason"]
+            lines += ["named: no load factor exists, and the run reports the correct reason"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"
             ]

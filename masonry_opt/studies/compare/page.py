@@ -52,13 +52,13 @@ _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value
 
 
 def charts(summary: pd.DataFrame) -> list[NamedChart]:
-    """Return a chart of time against error for each question for which a summary has errors."""
+    """Return the charts of time against error: one for associative and one for Coulomb load factors."""
     with_errors = {*summary["question"][summary["error"].notna()]}
     return [_time_error(summary, question) for question in _ERRORS if question in with_errors]
 
 
 def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
-    """Return the chart of time against error for a question, with a panel for each scene.
+    """Return the chart of time against error for one kind of load factor, with a panel for each scene.
 
     Runs that are not certified are letters in a band at the top.
     """
@@ -96,7 +96,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         notes.append(f"gaps below {low:g} count as zero and are drawn there")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
-        notes.append("grey triangles: below the best exact state (|gap|)")
+        notes.append("grey triangles: λ below the best exact state known, drawn at |gap|")
     x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
     places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
     filters = ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
@@ -184,7 +184,7 @@ def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
 
 
 def _answer(row: Mapping[Any, Any]) -> str:
-    """Return text on a run: λ with its error or gap, or the reason without λ, and the time."""
+    """Return text on a run: λ with its error or gap (without λ, the reason), and the time."""
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:

@@ -129,7 +129,7 @@ class Pair:
     method: str
     model: str
     solver: str
-    tolerance: float | None  #: None for the default tolerance of the method or of the solver
+    tolerance: float | None  #: tolerance of the solver; None for the default of the method or of the solver
 
 
 @dataclass(frozen=True)

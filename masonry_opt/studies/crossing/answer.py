@@ -71,7 +71,7 @@ class Crossing(StudyAnswer):
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers of the passage that contains the worst position; None if the scene is unstable."""
+        """Answers of the passage with the least load factor; None if the scene is unstable."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property
@@ -96,7 +96,7 @@ class Crossing(StudyAnswer):
 
     @property
     def resolution(self) -> float | None:
-        """Distance of the worst position from its solved neighbours on both sides, whichever is larger."""
+        """Larger one of the two distances from the worst position to the next solved positions."""
         return self.least.resolution if self.least else None
 
     @property
@@ -113,13 +113,13 @@ class Crossing(StudyAnswer):
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # The final λ of the worst position may be less than the bound by rounding errors; return the smaller
-        # value.
+        # The final λ of the worst position may be less than the bound because of rounding errors, so the
+        # smaller value is returned.
         return least if same(bound, least) else None
 
     @property
     def undecided(self) -> int:
-        """Number of positions with neither a load factor nor a proof that the scene carries any load."""
+        """Number of positions at which neither a load factor nor a proof of "any load" was found."""
         return len({tuple(row[name] for name in _PLACE) for row in self.undecided_at})
 
     @property
@@ -204,7 +204,7 @@ class Crossing(StudyAnswer):
         return [*self.worst.warning_records, *self._contradictions()]
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning if the load factor at the worst position is less than the proven lower bound."""
+        """Yield a warning if λ at the worst position contradicts (is less than) its proven lower bound."""
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:
@@ -241,7 +241,7 @@ class Crossing(StudyAnswer):
         return facts
 
     def _load_case_facts(self) -> dict[str, str]:
-        """Return the printed lines on load cases: the governing one, the others, and cases without axles."""
+        """Return the printed lines on load cases: the governing one, the others, and those without axles."""
         worst, facts = self.worst, dict[str, str]()
         if worst.load_case is not None:
             governs = ", governs" if len(self.by_case) - len(self.not_crossed) > 1 else ""
@@ -279,11 +279,11 @@ class Crossing(StudyAnswer):
         if first_look:
             facts["first look"] = first_look
         if passage.assembly.problem.live.any():
-            facts["beside them"] = "other live loads of the scene, which λ multiplies too"
+            facts["beside them"] = "other live loads of the scene, which λ also multiplies"
         return facts
 
     def _first_look(self) -> str:
-        """Return text that compares λ with the default method at the worst position; "" if unknown.
+        """Return text on the λ of the default method at the worst position; "" if it was not computed.
 
         The load factor of the default method is compared with the associative load factor by its own law of
         crushing.
@@ -323,9 +323,7 @@ class Crossing(StudyAnswer):
         """
         least, worst = self.least, self.worst
         if least is None:
-            raise OptionError(
-                f"{worst.case}: {worst.status}: no axle was moved, so that nothing can be drawn"
-            )
+            raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, so there is nothing to draw")
         passage, heading = least.passage, str(worst.status)
         with style():
             picture = Picture()

@@ -135,7 +135,7 @@ def _cross(
     effort: Effort,
     progress: Callable[[float, float], None],
 ) -> tuple[list[search.PassageTrials], bool]:
-    """Find the least load factor of every passage; return the answers, and True if interrupted.
+    """Find the least load factor of each passage; return the answers, and True if the user interrupted.
 
     ``programs`` are those of the associative load factor by load case. Raises KeyboardInterrupt if no
     position was solved.
@@ -170,7 +170,7 @@ def _cross(
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and ""; or None and the reason why no result exists."""
+    """Return the result of the default method and ""; without a result, return None and the reason."""
     try:
         return prepare(DEFAULT).without_incremental().solve(scene), ""
     except (KeyboardInterrupt, MasonryError) as error:
@@ -178,7 +178,7 @@ def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
 
 
 def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
-    """Solve every load case at all positions at which another load case was solved."""
+    """Solve each load case also at the positions at which other load cases were solved."""
     for position in sorted({position for trials in by_case for position in trials.answers}):
         for trials in by_case:
             trials.at(position)

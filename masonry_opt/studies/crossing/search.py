@@ -167,7 +167,8 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
-            # The scene is stable, so λ = 0 is feasible, and a program without solution must be unbounded.
+            # The scene is stable, so λ = 0 is feasible. A program without a solution must therefore be
+            # unbounded.
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
 
@@ -189,8 +190,7 @@ class PassageTrials:
     #: function that solves for a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
-    #: Associative answers of the passage, in addition to the answers of another method; None if the method is
-    #: associative.
+    #: Associative answers of the passage, if the method is not associative. Otherwise None.
     beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
@@ -205,7 +205,7 @@ class PassageTrials:
         return load_factor(self.answers[position])
 
     def of(self, live: np.ndarray) -> Solution:
-        """Return the answer under a live load, shape (3b,), without recording it."""
+        """Return the answer under a live load, shape (3b,); the answer is not recorded."""
         assert self.solve is not None
         return self.solve(live)
 
@@ -230,7 +230,7 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """Distance of the worst position from its solved neighbours on both sides, whichever is larger.
+        """Larger one of the two distances from the worst position to the next solved positions.
 
         Positions on the other side of a jump of the loads are not counted: they nearly coincide with it.
         """
@@ -354,7 +354,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return low estimates of λ at all positions, shape (n,).
+    """Return cautious (low) estimates of λ at all positions, shape (n,).
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. Where any load is carried with

@@ -84,7 +84,7 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        """Name of the first unstable load case, or else of the load case with the least load factor.
+        """Name of the first unstable load case; if all are stable, of the one with the least load factor.
 
         It is None if no load case is unstable and none has a load factor. Of load factors that differ by
         rounding errors the first governs.
@@ -101,7 +101,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result to draw: the governing one, or the first one if no load case governs."""
+        """Result to draw: that of the governing load case, or the first result if no load case governs."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
@@ -130,7 +130,7 @@ class Cases(StudyAnswer):
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
             governs += (
-                f"\nleft out: {', '.join(map(repr, self.left_out))}, because axles move: see 'crossing'"
+                f"\nleft out: {', '.join(map(repr, self.left_out))}, because axles move: use 'crossing'"
             )
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 

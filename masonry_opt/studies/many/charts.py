@@ -172,7 +172,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a list with a note on the names of the runs' load factors; empty without load factors."""
+    """Return a note, as a list, that explains the names of the load factors; empty without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
@@ -194,7 +194,7 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the statistics of both load factors as rows of one table, named in the column ``of``.
+    """Return the statistics of both kinds of load factors in one table; column ``of`` names the kind.
 
     The rows of the incremental load factor are left out if it is unknown, or equal to the lowest in all rows.
     """

@@ -99,7 +99,7 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
 
 
 def _read(text: str) -> float | str:
-    """Return a text as a number, or unchanged if the text is not a number."""
+    """Convert a text to a number if possible; otherwise return the text unchanged."""
     try:
         return float(text)
     except ValueError:
@@ -133,7 +133,7 @@ class DrawnColumn(NamedTuple):
     """Column of random values in a table of runs."""
 
     name: str
-    of: str  #: name of the number whose distribution is used
+    of: str  #: name of the number from whose distribution the values are drawn
     #: Pairs of blocks whose joints have the value; empty if the value belongs to the whole scene.
     pairs: tuple[tuple[str, str], ...] = ()
 
@@ -179,7 +179,7 @@ class Draws:
         own_values = {frozenset(joint.between) for joint in exceptions if getattr(joint, key) is not None}
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
-            raise OptionError(f"'{name}': every joint has its own value already, so none is random")
+            raise OptionError(f"'{name}': every joint has its own value in the scene, so no value is random")
 
         def group_name(pair: tuple[str, str]) -> str:
             return f"course.{courses[pair]}" if self._by == "course" else f"joint.{'/'.join(pair)}"

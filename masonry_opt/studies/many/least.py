@@ -56,13 +56,13 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Name of the load factor in ``number``; it is the associative one if the method found none."""
+        """Name of the load factor in ``number``; "associative" if the method found no load factor."""
         return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
 @dataclass(frozen=True)
 class Threshold(StudyAnswer):
-    """Least or greatest value of a number at which a scene "holds": it is stable, or carries a load.
+    """Least or greatest value of a number at which a scene "holds", which means is stable or carries a load.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of both ends, and a warning if the scene also holds beyond the threshold."""
+        """Warnings of the results at both ends; a warning if the scene also holds beyond the threshold."""
         records = distinct_warnings([self.holds.result, self.fails.result])
         if not self.contradictions:
             return records
@@ -297,11 +297,12 @@ class _Search:
             raise OptionError(f"{named}: needs 'load', such as load=1; dead load alone needs no method")
         self.session = prepare(method, keeps=True, **({"incremental": False} | options))
         if not callable(make):
-            needed = "a function of the value, such as lambda t: mo.Scene(...)"
+            needed = "a function that returns a scene for a value, such as lambda t: mo.Scene(...)"
             raise OptionError(f"the scene must be {needed} (found {make!r})")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
-        self.required = self.load or 0.0  #: number that a trial must reach: load factor, or margin of zero
+        #: Least number of a trial that holds: a load factor, or a margin of zero.
+        self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
@@ -368,11 +369,11 @@ class _Search:
             number = result.associative  # an upper bound of every Coulomb load factor
         else:
             why = f"{result.status}: {result.message}; narrow the range, or choose another method"
-            raise NoLoadFactorError(f"it is undecided if the load is carried: {why}")
+            raise NoLoadFactorError(f"it could not be decided if the load is carried: {why}")
         return number, result.certificate, result
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method, and return the trials at its holding and failing ends.
+        """Narrow an interval by Brent's method; return the trials at its ends, that which holds first.
 
         The ends are then closer than the tolerance times ``least_size`` or the size of the value.
         """
@@ -394,7 +395,7 @@ class _Search:
         return ends[True], ends[False]
 
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
-        """Return the load factors (or margins) at both ends if a jump separates them; else None.
+        """Return the load factors (or margins) at both ends if there is a jump between them; otherwise None.
 
         An unstable scene has no load factor; the required load factor replaces it in the comparison. No
         jump can be shown under dead load alone if the failing end has no margin.
@@ -428,7 +429,7 @@ class _Search:
         return f"{at}, {tried}: {', or '.join(self._remedies(low, high))}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
-        """Return advice on changes of the search that may reveal a threshold, if all trials agree.
+        """Return advice on another search, which may find a threshold, if all trials have the same outcome.
 
         ``low`` and ``high`` are the trials at the ends of the range.
         """

@@ -109,7 +109,7 @@ class Parameters:
         return did_you_mean(name, self.names) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return text that lists the first names with one of some prefixes, or else of all names."""
+        """Return text that lists the first names with given prefixes; if there are none, the first of all."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"

@@ -80,7 +80,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of ``other`` that differ from ``run`` as text, such as "tie.strength = 40"."""
+    """Return the values of ``other`` that differ from those of ``run``, as in "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
@@ -100,9 +100,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
-    reason = (
-        "either the scene is weaker at the larger value, or a lower state was missed at the smaller value"
-    )
+    reason = "either the scene is weaker at the larger value, or a lower λ was missed at the smaller value"
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "

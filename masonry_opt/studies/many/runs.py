@@ -230,7 +230,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Remove the journal rows that were added within the context, if none of the runs was solved."""
+    """Within a context: if none of the runs is solved, remove the journal rows that were added."""
     try:
         yield
     finally:
@@ -250,7 +250,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
-    entries["message"] = f"the lowest state was found by the run at {found_at}, and is certified for this run"
+    entries["message"] = f"the state is that of the run at {found_at}, and is certified for this run"
     certificate = shared.answer.certificate.as_dict()
     return entries | certificate | mechanism(shared.assembly, solution)
 
@@ -297,7 +297,7 @@ def framed(
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
-    """Raise OptionError if a file is not a table of runs, or has runs that are not repeated now."""
+    """Raise OptionError if a file is not a table of runs, or has runs that would be lost."""
     if not path.exists():
         return
     try:

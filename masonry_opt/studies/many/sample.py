@@ -110,7 +110,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, with ±inf or NaN if a run has none (see ``load_factors``)."""
+        """Return a column of load factors; runs without one have ±inf or NaN (see ``load_factors``)."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -149,7 +149,7 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of undecided runs. Confidence limits assume for each that it collapses or does not."""
+        """Number of undecided runs. Confidence limits cover both cases: these runs collapse, or do not."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
@@ -170,8 +170,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: limits assume that they collapse, or that they do not": self.undecided,
-            "without an incremental λ: its limits assume that they collapse, or that they do not": int(
+            "undecided: the limits cover both cases, collapse and no collapse": self.undecided,
+            "without an incremental λ: its limits cover both cases, collapse and no collapse": int(
                 unexpected.sum()
             ),
             "refused, left out": self.refused,
@@ -310,7 +310,7 @@ class Sample(StudyAnswer):
             if row["upper"] < 0 and is_limit(parameter):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
-                reason = "larger values weaken the scene, or lower states were missed at smaller values"
+                reason = "larger values weaken the scene, or lower λ were missed at smaller values"
                 sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)

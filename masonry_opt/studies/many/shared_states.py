@@ -76,7 +76,7 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 
 
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
-    """Yield a new answer for each run for which another run found a lower state.
+    """Yield a new answer for each run for which another run found a state with a lower load factor.
 
     A yielded state is certified as exact by the matrices and limits of the run whose answer it replaces. It
     is the lowest of the states that are. The answers do not depend on the order in which the runs ended.
@@ -118,7 +118,7 @@ class Screen:
     tests necessary conditions of the certificate for all states at once. It never confirms a state.
     """
 
-    row: dict[int, int]  #: row of a state in the arrays, by the number of its run
+    row: dict[int, int]  #: index of the array row of a state, by the number of the run
     n: np.ndarray  #: normal forces of the joints, shape (states, c)
     s: np.ndarray  #: sizes of the shears of the joints, shape (states, c)
     slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
@@ -126,7 +126,7 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Return the screen of a group of states, whose problems have equal matrices and loads."""
+        """Return the screen for a group of states; all their problems have equal matrices and loads."""
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
         return cls(

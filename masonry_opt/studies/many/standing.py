@@ -82,8 +82,8 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # Complementarity is usually limited relative to λ, which is the margin here and may be zero. The absolute
-    # energy is limited instead, because the thrust of a long arch is hundreds of block weights.
+    # The usual limit of complementarity is relative to λ, which is the margin here and may be zero. Here the
+    # absolute energy has a limit, because the thrust of a long arch is hundreds of block weights.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)

@@ -78,7 +78,7 @@ class ReportPart:
     pictures: Mapping[str, Picture] = field(default_factory=dict)  #: pictures of the answer, by caption
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)  #: tables of the answer, by heading
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    #: sentences on limits of the answer, such as positions that were not solved
+    #: sentences on what the answer leaves open, such as positions that were not solved
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed

@@ -77,7 +77,7 @@ class Bound:
 
     @property
     def reaction(self) -> float | None:
-        """Reaction by the chosen method, or else by the incremental analysis (see ``answered_by``)."""
+        """Reaction by the chosen method; without one, by the incremental analysis (see ``answered_by``)."""
         load_factor = self.result.load_factor
         return self.incremental if load_factor is None else self._reaction(load_factor)
 
@@ -102,7 +102,7 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history, or else the incremental reaction."""
+        """Reaction at the end of the load history; if the end is not known, the incremental reaction."""
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
@@ -139,12 +139,12 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if it is proven that no exact state is closer to the reaction at rest."""
+        """True if it is proven that no exact state has a reaction closer to the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
     def history_ends_nearer(self) -> bool:
-        """True if the load history ends closer to the reaction at rest than ``reaction`` is."""
+        """True if the reaction at the end of the load history is closer to that at rest than ``reaction``."""
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
@@ -162,10 +162,10 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state is further from the reaction at rest"
+            return "no state has a reaction that differs more from the reaction at rest"
         if self.is_proven:
-            return f"{state_found(result)}; proven: no exact state is closer to the reaction at rest"
-        nearer = "exact states may be closer to the reaction at rest"
+            return f"{state_found(result)}; proven: no exact state has a reaction closer to that at rest"
+        nearer = "exact states may have a reaction closer to the reaction at rest"
         return f"{state_found(result)}; found, not proven: {nearer}{search_remark(result, 'them')}"
 
     def _reaction(self, load_factor: float | None) -> float | None:
@@ -212,12 +212,12 @@ class Settlement(StudyAnswer):
 
     @property
     def status(self) -> Status:
-        """Status STANDS if the scene is stable with some reaction; else the status of ``fallen``."""
+        """Status STANDS if the scene is stable with some reaction; otherwise the status of ``fallen``."""
         return self.fallen.status if self.fallen else Status.STANDS
 
     @property
     def usable(self) -> bool:
-        """True if the scene is stable with some reaction, and both limits are known or proven unlimited."""
+        """True if the scene is stable with a reaction, and both limits are known or proven not to exist."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 
@@ -256,11 +256,11 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield the warnings that a limit reaction may be closer to the reaction at rest, or beyond it."""
+        """Yield warnings if limit reactions may be closer to the reaction at rest, or on its other side."""
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             answer, at_end = numeral(reaction, ".6g"), numeral(incremental, ".6g")
-            nearer = f"the load history ends at {at_end}, closer to the reaction at rest than {answer}"
+            nearer = f"the load history ends with {at_end}, closer to the reaction at rest than {answer}"
             sentence = f"{name} reaction: {nearer}: the scene may collapse there"
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
@@ -290,7 +290,7 @@ class Settlement(StudyAnswer):
             widths = openings[["opening", "sliding"]].max(axis=1)
             joints = zip(openings["first"], openings["second"], widths, strict=True)
             listed = [f"'{first}'–'{second}' {numeral(width, '.3g')}" for first, second, width in joints]
-            facts["openings"] = f"per unit of movement, at the least reaction: {some(listed)}"
+            facts["openings"] = f"per unit of the support's movement, at the least reaction: {some(listed)}"
         return facts
 
     def as_dict(self) -> dict[str, Any]:
@@ -397,7 +397,7 @@ def _joint_openings(result: Result) -> pd.DataFrame:
     columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
     if solution.d is None or solution.load_factor is None:
         return pd.DataFrame(columns=columns)
-    # The live load consists only of the push along the movement of the supports.
+    # The only live load is the push in the direction in which the supports move.
     movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
     rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
     gap = np.empty(len(joints.joint))  # opening rate of each contact point

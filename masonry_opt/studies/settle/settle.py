@@ -105,7 +105,7 @@ def settle(
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(freed: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
-        """Return the limit reaction in one sense of motion, beginning at a reaction with known forces."""
+        """Return the limit reaction for one sense of motion; the push starts at known joint forces."""
         dead = freed.problem.dead - sign * start * freed.problem.live
         preloaded = replace(freed, problem=replace(freed.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
@@ -118,7 +118,7 @@ def settle(
 
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Return the reaction at rest with elastic contacts, relative to the live load, and the joint forces.
+    """Return the reaction at rest with elastic contacts (relative to the live load) and the joint forces.
 
     The forces are those of the problem with settling supports. The first ``own`` of them are those of the
     scene, the others hold the supports in the directions in which they do not move. Return None if the
@@ -138,7 +138,7 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndar
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and the greatest associative reaction, relative to the live load, with forces.
+    """Return the least and greatest associative reactions (relative to the live load), with joint forces.
 
     An unlimited reaction is replaced by a number that differs from the other reaction by 1.
     """
@@ -249,6 +249,7 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     fields: dict[str, Any] = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     fields |= {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    fields["reference"] = {}  # reference values belong to the scene's own live loads
+    # Reference values are removed, because they belong to the scene's own live loads.
+    fields["reference"] = {}
     # The copy is not validated: a valid scene has a fixed block, and here all blocks may be free to move.
     return BaseModel.model_copy(scene.with_load_case(None), update=fields)

@@ -335,7 +335,7 @@ def test_the_clauses_of_a_result_are_those_of_its_proof(tmp_path):
 
 
 def test_clauses_without_a_proof_are_refused(tmp_path):
-    with pytest.raises(mo.OptionError, match="there is none: proofs are for scenes in the plane"):
+    with pytest.raises(mo.OptionError, match="there is none: proofs exist only for scenes in the plane"):
         mo.export(corner_wall(2, 2, 2), tmp_path / "corner.cnf")
     with pytest.raises(mo.OptionError, match="'method' goes with programs"):
         mo.export(two_blocks(), tmp_path / "two.cnf", "static")

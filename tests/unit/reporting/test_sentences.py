@@ -274,7 +274,7 @@ def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest(no_p
     assert next(iter(table(with_load_factor(result, (1 + 1e-8) * result.incremental)))) == "lowest found"
     above = table(with_load_factor(result, 0.2))
     assert next(iter(above)) == "found"
-    assert "the load history ends in a lower state" in above["found"][1]
+    assert "the load history ends in a state with a lower load factor" in above["found"][1]
 
 
 def test_what_is_left_after_the_peak_is_said():
