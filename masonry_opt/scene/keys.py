@@ -281,7 +281,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     if scene.earthquake and scene.load_cases:
         yield "with load cases, 'earthquake' must be a key of a [[load_case]]: move it there"
     for live in _live_loads(scene) if scene.earthquake else ():
-        instead = "give the earthquake in a [[load_case]], where only the groups in its 'live' are live"
+        instead = "give the earthquake in a [[load_case]], where other live loads are omitted by default"
         yield f"'earthquake' is the live load, and {live} is live too: remove this live load, or {instead}"
 
 
