@@ -67,7 +67,7 @@ def image_source(content: bytes | str, kind: str) -> str:
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:
-    """Return the metadata of a picture of a format ("png", "svg", "pdf"): the mark, and no date."""
+    """Return the metadata of a picture of a format ("png", "svg", "pdf"): the program's name, and no date."""
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
@@ -193,7 +193,7 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
 
 
 def _is_replaceable(path: Path) -> bool:
-    """Return True if a file is empty, is unchanged since its record, or contains this package's mark."""
+    """Return True if a file is empty, is unchanged since this package wrote it, or names this package."""
     if not path.is_file():
         # The path is a pipe, a device, or a link without a target.
         return False

@@ -37,8 +37,9 @@ class PyomoProducts:
                          (yᵢ, z₁, n̂ − n) (Aᵀd)ₖ ≥ 0 (edges that only open),
                          and both sides without a factor.
 
-    A row is declared if all its products have variables. The least λ therefore never exceeds that of a
-    Coulomb state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whatever the selection. More products can only raise it.
+    A row is declared if a variable replaces each of its products. The least λ therefore never exceeds that of
+    a Coulomb state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whatever the selection. With more products the
+    least λ stays equal or rises.
 
     ``within`` are λ₀ ≥ 0 and Λ. ``largest`` is n̂ of each joint, shape (c,), ``inf`` if there is no limit.
     ``kept`` selects the products.
@@ -79,7 +80,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare all rows of the relaxation whose products have variables."""
+        """Declare those rows of the relaxation in which every product is replaced by a variable."""
         model = self.program
         factors = self.factors
         one = factors.one

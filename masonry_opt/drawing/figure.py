@@ -378,7 +378,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 
 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
-    """Mark the first state in which joints start to move, and write the number of such joints.
+    """Mark the first state in which joints start to move; write how many joints start in each state.
 
     For each state of the curve, the number of joints that start to move is written above the lower axis.
 

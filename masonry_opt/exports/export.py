@@ -327,7 +327,9 @@ def export(
         raise OptionError(f"{path}: 'moved' applies to meshes only: {', '.join(SOLID_ENDS[1:])}")
     if ending == CLAUSES_END:
         if method is not None:
-            raise OptionError(f"{path}: 'method' goes with programs: clauses are those of a proof")
+            raise OptionError(
+                f"{path}: 'method' selects a program, but clauses come from a proof: omit 'method'"
+            )
         refuse_unwritable(path, force)
         write_file(path, _clauses(path, scene).encode("ascii"), OutputError)
         return (path,)
@@ -362,7 +364,7 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
         found = prove_least(assembly.scene)
         proof, why = found.proof, found.why
     if proof is None:
-        raise OptionError(f"{path}: clauses are those of a proof, and there is none: {why}")
+        raise OptionError(f"{path}: clauses come from a proof, and there is none: {why}")
     joints, _, limited = _labels(assembly, legal=True)
     faces = [
         f"variable {number}: {face}"

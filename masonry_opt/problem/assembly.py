@@ -52,8 +52,8 @@ class Assembly:
     def joint(self) -> np.ndarray:
         """Return, for each joint of the problem, the index of the scene's joint that contains it.
 
-        The indices are in rising order. In space the problem's joints are contact points, and a joint of the
-        scene has several.
+        The indices are in ascending order. In space the problem's joints are contact points, and a joint of
+        the scene has several.
         """
         return self.joints.parts[0]
 

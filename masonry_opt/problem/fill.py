@@ -333,7 +333,7 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
     # Rays with a tangent up to `before` meet earlier pieces. Rays up to `after` meet this piece or an earlier
-    # one.
+    # piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)

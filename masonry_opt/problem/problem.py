@@ -271,7 +271,7 @@ class Problem(ProblemParts):
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates p ≥ 0 by which joints follow a block motion under a flow rule, shape (faces,).
+        """Return the rates p ≥ 0 of the yield conditions in a block motion, by the flow rule, shape (faces,).
 
         Slip determines the sliding rates: in the plane one sense, in space the two senses next to its
         direction. The opening of each contact beyond what sliding explains determines the rocking rates. If

@@ -157,7 +157,7 @@ def load(path: str | Path) -> Scene:
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
-    """Return a scene, which may be given as a path of a case file, in the named load case.
+    """Return the given scene, or the scene of the case file at a given path, in the named load case.
 
     Raises CaseError if the argument is neither a scene nor a path, or the case file is wrong. Raises
     OptionError if the scene has no such load case.

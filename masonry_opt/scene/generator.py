@@ -128,7 +128,7 @@ class WeighedGenerator(Generator):
     def _weighed_stone(
         self, name: str, corners: Iterable[Point], weight: float | None, area: float, thickness: float | None
     ) -> Block:
-        """Return a movable block of the given weight; without it, the generator's unit weight applies."""
+        """Return a movable block; its weight is the given one, or by default follows from the unit weight."""
         if weight is not None:
             return self._stone(name, corners, weight=weight)
         if thickness is None:
@@ -176,8 +176,8 @@ def cut(
 ) -> list[tuple[float, float]]:
     """Divide a length into stones, and return the two ends of each stone.
 
-    Joints of the bond, in rising order, are left out if they are nearer to an end of the run than a closer. A
-    piece that is longer than a stone plus a closer is cut. It is cut first at spare places that are at least
+    Joints of the bond, in ascending order, are left out if they are nearer to an end of the run than
+    a closer. A piece that is longer than a stone plus a closer is cut first at spare places that are at least
     half a stone from joints, and then into equal stones.
     """
 

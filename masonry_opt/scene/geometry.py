@@ -96,7 +96,7 @@ class Extents(ABC):
     @property
     @abstractmethod
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and the index of the block of each corner, in rising order.
+        """Return the corners of all blocks, and for each corner the index of its block (ascending).
 
         The corners have shape (corners, 2) or (corners, 3).
         """
@@ -120,7 +120,7 @@ class Extents(ABC):
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         """Yield the indices of pairs of blocks that overlap by more than the contact tolerance.
 
-        Each index, in rising order, comes with the common region of the two blocks.
+        Each index, in ascending order, comes with the common region of the two blocks.
         """
 
     @cached_property
@@ -149,7 +149,7 @@ class Geometry(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all polygons, and the index of the block of each corner, in rising order."""
+        """Return the corners of all polygons, and for each corner the index of its block (ascending)."""
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -182,7 +182,7 @@ class Geometry(Extents):
 
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the two ends of all edges, shape (edges, 2) each, and the blocks, in rising order.
+        """Return both ends of each edge, shape (edges, 2) each, and the index of its block (ascending).
 
         The block lies to the left of an edge.
         """

@@ -89,7 +89,10 @@ class JointDefaults(_InDegrees):
         if self.dilatancy > self.friction:
             yield "'dilatancy' must not exceed 'friction': sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            yield "'dilatancy_stress' needs two rising stresses: [full dilatancy up to, none from]"
+            yield (
+                "'dilatancy_stress' must be two increasing stresses: "
+                "dilatancy is full up to the first and zero from the second"
+            )
 
 
 class Joint(_InDegrees):

@@ -272,7 +272,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     for number, case in enumerate(scene.load_cases, start=1):
         where = f"load_case no. {number} ('{case.name}')"
         if case.name in names:
-            yield f"{where}: another load case has this name: rename one"
+            yield f"{where}: another load case has the same name: rename one of the two load cases"
         names.add(case.name)
         yield from (f"{where}: {mistake}" for mistake in _wrong_groups(scene, case, known))
     yield from _wrong_earthquakes(scene)
@@ -281,7 +281,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     if scene.earthquake and scene.load_cases:
         yield "with load cases, 'earthquake' must be a key of a [[load_case]]: move it there"
     for live in _live_loads(scene) if scene.earthquake else ():
-        instead = "give the earthquake in a [[load_case]], where other loads are live only if it says so"
+        instead = "give the earthquake in a [[load_case]], where other live loads are omitted by default"
         yield f"'earthquake' is the live load, and {live} is live too: remove this live load, or {instead}"
 
 

@@ -87,7 +87,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the pieces of the intersections of pairs of polygons, and the index of each piece's pair.
 
-    The numbers are in rising order.
+    The numbers are in ascending order.
     """
     low1, high1 = np.split(shapely.bounds(one), 2, axis=1)
     low2, high2 = np.split(shapely.bounds(other), 2, axis=1)

@@ -53,7 +53,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest and largest values of all rows with the same owner, shape (count, k) each.
 
-    Owners are in rising order, and each owner has at least one row.
+    Owners are in ascending order, and each owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
@@ -75,7 +75,7 @@ def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the faces that must be reversed to give a surface one orientation.
+    """Return the faces of a surface that must be reversed so that all faces have the same orientation.
 
     Parameters
     ----------

@@ -157,7 +157,7 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return the scene in the load case that is selected in the scene from which it was made."""
+        """Return this scene in the load case of the scene ``other``, from which this scene was made."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 

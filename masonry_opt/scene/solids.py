@@ -218,7 +218,7 @@ def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
         yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
-            yield f"'box' has no extent along {axis}: give two rising numbers (found [{low:g}, {high:g}])"
+            yield f"'box' has no extent along {axis}: give two increasing numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
         beyond = [index for index in face if index >= count]

@@ -142,7 +142,7 @@ class Facade(WeighedGenerator):
         if len(set(self.doors)) < len(self.doors):
             yield "'doors' has an opening twice"
         if self.doors and not self.sill:
-            yield "'doors' need a 'sill': without one every opening of the lowest storey reaches the ground"
+            yield "'doors' need a 'sill': without a sill, every opening of the lowest storey is a door"
 
     @property
     def size(self) -> int:
@@ -280,6 +280,6 @@ def _built(
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
     """Yield an error message for each mistake in the lengths of a course."""
     if any(length == 0 for length in lengths):
-        yield f"{course}: a length is 0 (blocks > 0, gaps < 0)"
+        yield f"{course}: a length is 0: give a positive length for a block, or a negative one for a gap"
     if all(length < 0 for length in lengths):
         yield f"{course}: has gaps only, no block"

@@ -169,13 +169,13 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the lower bounds of a constraint's rows to their upper bounds minus ``room``, in order."""
+        """Set the lower bound of each row of a constraint to its upper bound minus its entry of ``room``."""
         rows = self.rows(constraint)
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
-        """Set the entries of a one-column variable in the rows of a constraint, in order.
+        """Set the coefficients of a scalar variable in a constraint, one coefficient for each row.
 
         The bounds of ``least`` and ``contradiction`` do not include these entries.
         """

@@ -142,7 +142,7 @@ WRONG = {
     ),
     "name twice": (
         LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n',
-        ["no. 2 ('a')", "another load case has this name"],
+        ["no. 2 ('a')", "another load case has the same name"],
     ),
     "pressure below zero": (
         IN_A + "live = { wind = 1 }\npressure = -1\n",

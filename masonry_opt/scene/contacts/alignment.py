@@ -307,9 +307,9 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
 
 
 def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the indices of the joints connected to one joint through blocks, in ascending order.
+    """Return the indices of the joints that blocks connect to a given joint, in ascending order.
 
-    Only the given joints, which are in rising order, link blocks. ``ends`` has the two blocks of every joint.
+    Only the given joints, which are in ascending order, link blocks. ``ends`` has both blocks of each joint.
     """
     count, blocks = len(joints), int(ends.max()) + 1
     group = linked(count + blocks, np.tile(np.arange(count), 2), count + ends[joints].T.ravel())
@@ -317,7 +317,7 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 
 def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]:
-    """Return, for each group of planes, the groups that are perpendicular to it in the drawing's accuracy.
+    """Return, for each group of planes, the groups perpendicular to it within the drawing's accuracy.
 
     Two groups are compared if they have planes of a common joint.
     """

@@ -274,7 +274,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
         if not len(free):
             break
     else:
-        # Without a break from the loop, some ends of curves have no partner.
+        # The loop ended without ``break``: some ends of curves have no partner.
         curve = curves[free[0] // 2][1]
         x, y = ends[free[0]] + 0.0
         gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]

@@ -337,6 +337,6 @@ def test_the_clauses_of_a_result_are_those_of_its_proof(tmp_path):
 def test_clauses_without_a_proof_are_refused(tmp_path):
     with pytest.raises(mo.OptionError, match="there is none: proofs exist only for scenes in the plane"):
         mo.export(corner_wall(2, 2, 2), tmp_path / "corner.cnf")
-    with pytest.raises(mo.OptionError, match="'method' goes with programs"):
+    with pytest.raises(mo.OptionError, match="'method' selects a program"):
         mo.export(two_blocks(), tmp_path / "two.cnf", "static")
     assert not list(tmp_path.iterdir())
