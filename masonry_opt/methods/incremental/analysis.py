@@ -188,6 +188,7 @@ class _LoadRaising:
         #: Load factor at which the live load is as large as the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
+        self.motions_in_a_row = 0
         self._record(preload)
 
     @cached_property
@@ -255,6 +256,7 @@ class _LoadRaising:
         """Record an equilibrium under a larger load. The search continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
+        self.motions_in_a_row = self.motions_in_a_row + 1 if found.by_motion else 0
         self.__dict__.pop("rate", None)
         self.slow = []
         self._record(found)
@@ -277,9 +279,10 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # Contacts that slipped during the motion may stick now. A small increment shows which contacts
-            # stick.
-            return settings.tolerance * load_factor
+            # Contacts that slipped during the motion may stick now. A small increment shows which do. If one
+            # motion follows another, the increments grow twofold.
+            longer = 2.0 ** min(self.motions_in_a_row - 1, 60) * settings.tolerance
+            return min(longer, settings.smallest_increment) * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
         by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
         least = settings.smallest_increment * load_factor
