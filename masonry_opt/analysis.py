@@ -395,9 +395,8 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     """
     starts = solution.starts
     lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative
-    if starts is None or starts >= FEW_STARTS:
-        return solution
-    if solution.proof is not None or solution.has(Code.SEARCHED):
+    is_settled = solution.proof is not None or solution.has(Code.SEARCHED)
+    if starts is None or starts >= FEW_STARTS or is_settled:
         return solution
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution

@@ -66,9 +66,7 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCh
     Raises
     ------
     CaseError
-        If the scene is wrong.
-    ValueError
-        If the file is no proof.
+        If the scene is wrong, or the file is no proof.
     """
     problem = assemble(scene if isinstance(scene, Scene) else load(scene)).problem
     return check(problem, proof if isinstance(proof, Proof) else Proof.load(proof))

@@ -16,6 +16,9 @@ from typing import Any, Self
 
 import numpy as np
 
+from masonry_opt.errors import CaseError
+from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
+
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
@@ -112,6 +115,7 @@ class Proof:
     def to_json(self) -> str:
         """Return the proof as JSON text, in which every number has all its digits."""
         table: dict[str, Any] = {
+            JSON_KEY: WRITER,
             "format": FORMAT,
             "bound": self.bound,
             "load_factor": self.load_factor,
@@ -123,22 +127,51 @@ class Proof:
         }
         return json.dumps(table)
 
-    def save(self, path: str | Path) -> None:
-        """Write the proof to a file as JSON."""
-        Path(path).write_text(self.to_json(), encoding="utf-8")
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the proof to a file as JSON; replace a file of another program only with ``force``.
+
+        Raises
+        ------
+        OptionError
+            If the file cannot be written, or exists and was not written by this package.
+        OutputError
+            If writing fails.
+        """
+        refuse_unwritable(Path(path), force)
+        write_whole(path, self.to_json())
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a proof from a file. Raises ValueError if the file has another format."""
-        table = json.loads(Path(path).read_text(encoding="utf-8"))
+        """Read a proof from a file.
+
+        Raises
+        ------
+        CaseError
+            If the file cannot be read, or is no complete proof of this format.
+        """
+        try:
+            table = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
+        except ValueError as error:
+            raise CaseError(f"{path}: is not JSON ({error}): write the proof again with Proof.save") from None
         if not isinstance(table, dict) or table.get("format") != FORMAT:
-            raise ValueError(f"{path}: not a proof of format {FORMAT}: write the proof again with Proof.save")
+            raise CaseError(f"{path}: not a proof of format {FORMAT}: write the proof again with Proof.save")
+        try:
+            return cls._from_table(table)
+        except (KeyError, TypeError, ValueError) as error:
+            damage = f"key {error} is missing" if isinstance(error, KeyError) else f"damaged ({error})"
+            raise CaseError(f"{path}: {damage}: write the proof again with Proof.save") from None
+
+    @classmethod
+    def _from_table(cls, table: dict[str, Any]) -> Self:
+        """Return the proof of the table that a JSON file contains."""
         static = [StaticConflict(**_as_arrays(one)) for one in table["static"]]
         kinematic = [KinematicConflict(**_as_arrays(one)) for one in table["kinematic"]]
         return cls(
-            bound=table["bound"],
-            load_factor=table["load_factor"],
-            conditions=table["conditions"],
+            bound=float(table["bound"]),
+            load_factor=float(table["load_factor"]),
+            conditions=int(table["conditions"]),
             conflicts=(*static, *kinematic),
             energy_bounds=tuple(EnergyBound(**_as_arrays(one)) for one in table["energy_bounds"]),
             senses=np.array(table["senses"], dtype=int).reshape(-1, 2),

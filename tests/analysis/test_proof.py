@@ -393,8 +393,45 @@ def test_a_file_holds_the_proof_digit_by_digit(proven, tmp_path):
     assert again.bound == proof.bound
     table = json.loads((tmp_path / "proof.json").read_text())
     (tmp_path / "other.json").write_text(json.dumps(table | {"format": 0}))
-    with pytest.raises(ValueError, match="not a proof of format"):
+    with pytest.raises(mo.CaseError, match="not a proof of format"):
         Proof.load(tmp_path / "other.json")
+
+
+def test_a_file_of_the_user_is_not_replaced_by_a_proof(proven, tmp_path):
+    _, proof = proven
+    path = tmp_path / "mine.json"
+    path.write_text('{"my": "data"}')
+    with pytest.raises(mo.OptionError, match="is there already"):
+        proof.save(path)
+    assert path.read_text() == '{"my": "data"}'
+    proof.save(path, force=True)
+    proof.save(path)  # a file that this package wrote
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda table: table.pop("bound"), "key 'bound' is missing"),
+        (lambda table: table.update(bound="x"), "damaged"),
+        (lambda table: table["static"][0].pop("p"), "damaged"),
+        (lambda table: table.update(senses=[[1]]), "damaged"),
+    ],
+    ids=["no bound", "text as bound", "no multipliers", "half a pair"],
+)
+def test_a_damaged_file_is_an_error_that_names_it(proven, tmp_path, damage, message):
+    table = json.loads(proven[1].to_json())
+    damage(table)
+    path = tmp_path / "damaged.json"
+    path.write_text(json.dumps(table))
+    with pytest.raises(mo.CaseError, match=rf"damaged\.json: {message}.*write the proof again"):
+        Proof.load(path)
+
+
+def test_what_is_no_file_of_a_proof_is_an_error_that_names_it(tmp_path):
+    (tmp_path / "text.json").write_text("proof")
+    for name in ("text.json", "missing.json", "."):
+        with pytest.raises(mo.CaseError, match=str(tmp_path / name)):
+            Proof.load(tmp_path / name)
 
 
 @pytest.mark.parametrize(("courses", "least"), [(4, 0.479263), (6, 0.338028)])
