@@ -169,8 +169,8 @@ class Scene(SceneKeys):
         if self.load_cases and self.load_case is None:
             raise OptionError(
                 f"{self.origin}: has load cases ({', '.join(case.name for case in self.load_cases)}): "
-                "choose one with 'load_case' (--load-case; in Python, scene.in_case(name)), or compute all with 'solve' "
-                "(mo.solve_cases)"
+                "choose one with 'load_case' (--load-case; in Python, scene.in_case(name)), or "
+                "compute all with 'solve' (mo.solve_cases)"
             )
 
     @property

@@ -236,7 +236,7 @@ class InfeasibilityCertificate:
     def proven(self) -> bool:
         """True if it is proven that no load factor λ ≥ 0 of collapse exists with the joints' own flow rule.
 
-        The joints' own flow rule has the dilatancy of the scene. In associative flow the dilatancy is equal to
+        The joints' own flow rule has the dilatancy of the scene. In associative flow the dilatancy equals
         the friction.
         """
         return self.existence.proven
