@@ -31,7 +31,7 @@ _COURSE_TOLERANCE = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
 _DISTRIBUTION_FORMS = (
     "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
-    "frozen distribution of scipy.stats. A deviation is a positive number or a share of the mean, such as '15%'. "
+    "frozen distribution of scipy.stats. A deviation is a positive number or '15%' of the mean. "
     "For 'lognormal' the mean is positive too; both are of the number itself, not of its logarithm"
 )
 
