@@ -97,7 +97,7 @@ def capacity(
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     not_followed = _not_followed(assembly)
     if not_followed:
-        known = "a capacity curve can be computed only for joints that hinge, open and close"
+        known = "a capacity curve needs joints that can only rotate, open and close"
         remedy = f"omit {' and '.join(not_followed)}, or compute only the load factor with 'solve'"
         raise OptionError(f"{result.case}: {known}: {remedy}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:

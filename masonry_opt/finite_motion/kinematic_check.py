@@ -65,7 +65,7 @@ class KinematicCheck:
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: {linear}",
             "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
-            "rests on": f"{self.rests_on}; with a lower λ, a check may fail",
+            "rests on": f"{self.rests_on}; if a lower λ exists, the linear or non-linear check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
         return labelled(lines)

@@ -73,7 +73,7 @@ class MpecOptions(Options):
     def _falling(self) -> "MpecOptions":
         """Return the options. Raises ValueError if ``epsilon`` is below ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
-            raise ValueError("'epsilon' must be 'epsilon_min' or larger")
+            raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self
 
 

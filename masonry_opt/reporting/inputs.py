@@ -34,7 +34,7 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
     own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
     compared = f"but that of the {v['beside']} is {other}"
-    return f"the unit weight of {fill} is {own}, {compared}: use the same unit for both"
+    return f"the unit weight of {fill} is {own}, {compared}: use the same units for both weights"
 
 
 def strength_differs(v: dict[str, Any]) -> str:

@@ -168,9 +168,9 @@ class Scene(SceneKeys):
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
-                f"{self.origin}: has load cases: choose one with 'load_case' (--load-case): "
-                f"{', '.join(case.name for case in self.load_cases)} (in Python, scene.in_case(name) selects "
-                "one load case; mo.solve_cases and the command solve compute all of them)"
+                f"{self.origin}: has load cases ({', '.join(case.name for case in self.load_cases)}): "
+                "choose one with 'load_case' (--load-case; in Python, scene.in_case(name)), or "
+                "compute all with 'solve' (mo.solve_cases)"
             )
 
     @property

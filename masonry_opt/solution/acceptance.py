@@ -82,8 +82,8 @@ AGREEMENT = 1e-7
 #: Largest residual of an answer that ``check`` accepts.
 DUALITY = 1e-6
 
-#: Largest energy of rates at inactive yield conditions, divided by |λ|, at which the loop's forces and
-#: mechanism count as one state. The loop starts again if the energy is larger. The answer must also meet
+#: Largest violation of complementarity (z·p, divided by |λ|) at which the forces and the mechanism of method
+#: "loop" count as one state. If the violation is larger, the method starts again. The answer must also meet
 #: ``LIMITS``.
 MOST_ENERGY = 1e-3
 

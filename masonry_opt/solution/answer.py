@@ -234,7 +234,11 @@ class InfeasibilityCertificate:
 
     @property
     def proven(self) -> bool:
-        """True if no load factor λ ≥ 0 exists under the joints' own flow rule."""
+        """True if it is proven that no load factor λ ≥ 0 of collapse exists with the joints' own flow rule.
+
+        The joints' own flow rule has the dilatancy of the scene. In associative flow the dilatancy equals
+        the friction.
+        """
         return self.existence.proven
 
     def as_dict(self) -> dict[str, Any]:

@@ -252,7 +252,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the clause of the last refutation that the check with the matrices confirms, if any."""
+        """Check refutations with the matrices, and store the clause of the last one that passes.
+
+        Nothing is stored if none passes.
+        """
         for found in reversed(refutations):
             conflict = theory.conflict(found, self._problem, self.highest)
             if conflict is not None:

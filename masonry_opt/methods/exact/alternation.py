@@ -35,7 +35,7 @@ class _PlaneForces:
         self.statics, self.program = forces.statics, forces.program
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
+        """Set the rates of the mechanism, shape (faces,), and the factor of z·p in the cost."""
         self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 

@@ -204,7 +204,7 @@ class Plan(SolidGenerator):
                 runs = f"is not parallel to x or y between point no. {oblique[0]} and the next point"
                 yield f"wall '{wall.name}': its 'axis' {runs}: walls must meet at right angles"
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
-                yield f"wall '{wall.name}': its 'axis' has a point on a straight line: remove the point"
+                yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: remove the point"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
         """Yield messages about openings that do not fit into their wall or overlap."""

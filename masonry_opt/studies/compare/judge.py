@@ -369,9 +369,7 @@ class Comparison:
             median = f"median of {counted(self.limits.repeats, 'run')}"
             long = f"one run where it takes over {REPEATED_BELOW:g} s"
             lines += [self.told.to_string(index=False), ""]
-            lines += [
-                f"{counted(len(self.scenes), 'scene')}; success: share of runs that are certified or named"
-            ]
+            lines += [f"{counted(len(self.scenes), 'scene')}; success: share of certified or named runs"]
             lines += ["named: no load factor exists, and the run reports the correct reason"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"

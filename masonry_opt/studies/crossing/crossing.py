@@ -124,7 +124,7 @@ def _first_loaded(passage: search.Passage) -> float:
 
 
 def _longest_range(passage: search.Passage) -> float:
-    """Return the largest distance between two solved positions of a passage."""
+    """Return the largest permitted distance between neighbouring solved positions of a passage."""
     return float(_LONGEST_RANGE * np.ptp(passage.road.breaks))
 
 

@@ -225,7 +225,7 @@ class PassageTrials:
 
     @property
     def associative(self) -> "PassageTrials":
-        """Return the associative answers of the passage."""
+        """Answers with associative flow at the solved positions of the axles."""
         return self.beside or self
 
     @property

@@ -30,9 +30,9 @@ _LEAST_PROBABILITY = 2.0**-32
 _COURSE_TOLERANCE = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
 _DISTRIBUTION_FORMS = (
-    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
-    "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
-    "frozen distribution of scipy.stats"
+    "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
+    "frozen distribution of scipy.stats. A deviation is a positive number or '15%' of the mean. "
+    "For 'lognormal' the mean is positive too; both are of the number itself, not of its logarithm"
 )
 
 

@@ -40,7 +40,7 @@ UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any 
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
 #: Columns of a table of trials that are attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
-_VALUE_DIGITS = 9  #: Least number of significant digits with which both ends are printed.
+_VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
 
 

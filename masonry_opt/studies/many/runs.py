@@ -129,10 +129,9 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene with pickled settings, and return the columns of its row.
+    """Solve a scene with pickled settings, and return its row of the table: values by column name.
 
     Each thread reuses its last session.
-
 
     In addition to RUN_COLUMNS the row has the entries that :mod:`.shared_states` and :mod:`.run_warnings`
     read.

@@ -126,7 +126,7 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Return the screen for a group of states; all their problems have equal matrices and loads."""
+        """Return the quick test for a group of states whose problems have equal matrices and loads."""
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
         return cls(

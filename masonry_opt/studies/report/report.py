@@ -179,10 +179,11 @@ def _(answer: Result) -> ReportPart:
 def _(answer: Crossing) -> ReportPart:
     worst, least = answer.worst, answer.least
     left_open = [
-        f"Load case '{name}': axles did not cross in it, and it has no answer." for name in answer.not_crossed
+        f"Load case '{name}': no result, because the axles were not moved over the road."
+        for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    if least is None:  # the scene is unstable; the axles are loads of its result
+    if least is None:  # the scene is unstable at the worst position; the axles are loads there
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open

@@ -77,7 +77,10 @@ class Bound:
 
     @property
     def reaction(self) -> float | None:
-        """Reaction by the chosen method; without one, by the incremental analysis (see ``answered_by``)."""
+        """Reaction by the chosen method, or by the incremental analysis if that method has no load factor.
+
+        ``answered_by`` names the method.
+        """
         load_factor = self.result.load_factor
         return self.incremental if load_factor is None else self._reaction(load_factor)
 

@@ -97,7 +97,8 @@ def settle(
     effort.begins("reaction at rest")
     rest = _at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # Without preload, each push begins at the opposite associative limit, where the forces are known.
+        # No forces at rest are known, so the incremental analysis has no start. The search for one end of the
+        # range starts at the other end with associative flow, where the forces are known.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
