@@ -106,13 +106,16 @@ def _results_apart() -> Iterator[None]:
     if standard_output is None or standard_output is not sys.stdout:  # a test has replaced it
         yield
         return
-    with os.fdopen(os.dup(1), "w", encoding=standard_output.encoding) as results:
-        os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
-        sys.stdout = results
-        try:
-            yield
-        finally:
-            sys.stdout = standard_output
+    results = os.fdopen(os.dup(1), "w", encoding=standard_output.encoding)
+    os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
+    sys.stdout = results
+    try:
+        yield
+    finally:
+        sys.stdout = standard_output
+        # What the buffer still holds cannot be written if a write has failed, which is reported already.
+        with contextlib.suppress(OSError):
+            results.close()
 
 
 def _run() -> None:

@@ -58,6 +58,16 @@ def test_reader_of_standard_output_went_away(monkeypatch, command, tmp_path, arg
 
 
 @pytest.mark.slow
+def test_help_of_which_a_reader_takes_lines_ends_without_a_word(tmp_path):
+    """The reader goes while the last lines are still to be written."""
+    of_this_tree = os.environ | {"PYTHONPATH": str(CASES.parent)}
+    program = f"{sys.executable} -c 'from masonry_opt.cli import main; main()' sweep --help"
+    pipeline = f"{program} 2> {tmp_path}/errors | head -90 > /dev/null"
+    subprocess.run(["sh", "-c", pipeline], env=of_this_tree, timeout=120, check=True)
+    assert (tmp_path / "errors").read_text() == ""
+
+
+@pytest.mark.slow
 def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path):
     """As programs do that the signal for it ends; with all it says as it ends."""
     read, write = os.pipe()
