@@ -15,8 +15,10 @@ import masonry_opt as mo
 from masonry_opt.methods.bounds.least import LeastProof
 from masonry_opt.methods.bounds.settings import BUDGET, SETTINGS, ProofBudget
 from masonry_opt.methods.coulomb import method, search
+from masonry_opt.methods.coulomb.run import LowestState
 from masonry_opt.methods.coulomb.steps import ExactFrom, Incremental, LeastProven
 from masonry_opt.methods.exact.search import Search
+from masonry_opt.methods.incremental.analysis import analysis_of
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.reasons import Code
@@ -143,3 +145,15 @@ def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
     assert in_turns.proof is not None
     assert in_turns.programs <= 2 * at_once.programs
     assert mo.check_proof(STONES, in_turns.proof).holds
+
+
+def test_a_start_after_the_proof_may_lead_lower():
+    """A proof whose budget is spent leaves a state, below which further starts may find another."""
+    high, low = (mo.solve(STONES, **how).solution.answer for how in ({"descent": False}, {}))
+    assert high.load_factor > low.load_factor + 0.1
+    task = Task(assemble(mo.load(STONES)).problem)
+    states = LowestState(task, analysis_of(task))
+    states.lower_to(high)
+    assert states.answer.load_factor == high.load_factor
+    states.near(low)
+    assert states.answer.load_factor == pytest.approx(low.load_factor, rel=TOLERANCE)

@@ -120,7 +120,6 @@ class LowestState:
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
-        self._by_proof: Answer | None = None
 
     @cached_property
     def _alternation(self) -> "Alternation":
@@ -133,11 +132,9 @@ class LowestState:
     def answer(self) -> Answer | None:
         """State with the lowest load factor found so far; None if no state was found.
 
-        A state from the search for a proof comes first, because its load factor is lower than all others.
-        States that the simplex method finds come before states of the load history and of cone programs.
+        States of the simplex method and of a proof come before states of the load history and of cone
+        programs.
         """
-        if self._by_proof is not None:
-            return self._by_proof
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
@@ -147,7 +144,7 @@ class LowestState:
         """
         self.met.lowest = min(self.met.lowest, state.load_factor)
         if state.load_factor > ZERO:
-            self._by_proof = state
+            self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state))
             self.met.add(state.load_factor)
 
     def near(self, start: Answer) -> None:
