@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
+from itertools import takewhile
 from math import inf
 
 import numpy as np
@@ -188,7 +189,6 @@ class _LoadRaising:
         #: Load factor at which the live load is as large as the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
-        self.motions_in_a_row = 0
         self._record(preload)
 
     @cached_property
@@ -256,7 +256,6 @@ class _LoadRaising:
         """Record an equilibrium under a larger load. The search continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
-        self.motions_in_a_row = self.motions_in_a_row + 1 if found.by_motion else 0
         self.__dict__.pop("rate", None)
         self.slow = []
         self._record(found)
@@ -281,8 +280,9 @@ class _LoadRaising:
         if self.reached.by_motion:
             # Contacts that slipped during the motion may stick now. A small increment shows which do. If one
             # motion follows another, the increments grow twofold.
-            longer = 2.0 ** min(self.motions_in_a_row - 1, 60) * settings.tolerance
-            return min(longer, settings.smallest_increment) * load_factor
+            motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
+            share = settings.tolerance * 2.0 ** min(motions - 1, 60)
+            return min(share, settings.smallest_increment) * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
         by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
         least = settings.smallest_increment * load_factor
