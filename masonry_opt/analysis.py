@@ -401,7 +401,7 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution
     load_factors_agree = same(lowest, incremental.load_factor) and same(lowest, associative)
-    is_unique = problem.statics_fix_forces or np.array_equal(problem.dilatancy, problem.friction)
+    is_unique = problem.statics_fix_forces or problem.flow_is_associative
     if not load_factors_agree or is_unique:
         return solution
     return solution.telling(reason(Code.FEW_STARTS, candidates=starts))

@@ -108,6 +108,11 @@ class Problem(ProblemParts):
         return has_independent_columns(self.B)
 
     @property
+    def flow_is_associative(self) -> bool:
+        """True if dilatancy equals friction at all joints: all collapse states then have one load factor."""
+        return not self.dilatancy_depends_on_stress and np.array_equal(self.dilatancy, self.friction)
+
+    @property
     def live_norm(self) -> float:
         """Return Σ|f_L|, the sum of the magnitudes of the live load's components.
 

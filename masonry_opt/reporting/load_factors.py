@@ -164,7 +164,7 @@ def known_least(result: Outcome) -> str:
         return "exact collapse state; proven: no state is lower"
     if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
         return f"exact collapse state; {_ONLY}"
-    if not _flow_rule_is_associative(result) or result.kind is Kind.INCREMENTAL:
+    if not result.assembly.problem.flow_is_associative or result.kind is Kind.INCREMENTAL:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
@@ -324,9 +324,3 @@ def _falls_by_itself(result: Outcome) -> bool:
     With the joint forces of that state, the scene falls without live load.
     """
     return result.solution.below_zero <= ZERO
-
-
-def _flow_rule_is_associative(result: Outcome) -> bool:
-    """Return True if all joints have associative flow, with which λ is unique."""
-    problem = result.assembly.problem
-    return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress

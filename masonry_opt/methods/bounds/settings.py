@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from masonry_opt.problem.problem import Problem
 
 
@@ -92,7 +90,7 @@ class ProofBudget:
             return False
         if problem.dilatancy_depends_on_stress:
             return False
-        return not problem.statics_fix_forces and not np.array_equal(problem.dilatancy, problem.friction)
+        return not problem.statics_fix_forces and not problem.flow_is_associative
 
     def programs_for(self, problem: Problem, solved: int) -> int:
         """Return the largest number of programs for a proof, given the number of programs already solved."""

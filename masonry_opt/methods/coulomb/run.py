@@ -84,9 +84,7 @@ class CoulombRun:
         answer = self.answer
         if answer is None or not answer.exact:
             return False
-        if np.array_equal(self.problem.dilatancy, self.problem.friction):
-            return True
-        return is_only_load_factor(self.problem, answer.load_factor)
+        return self.problem.flow_is_associative or is_only_load_factor(self.problem, answer.load_factor)
 
     @property
     def exact_states(self) -> int:

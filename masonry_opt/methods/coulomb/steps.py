@@ -129,9 +129,12 @@ class FurtherStarts:
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower states are wanted and may exist, and the scene is small or in space."""
-        if run.incremental is None or not run.seeks_lower or run.is_only_state:
+        problem = run.problem
+        if run.incremental is None or not run.seeks_lower:
             return False
-        return run.problem.layout.round or run.problem.joints <= self.settings.small
+        if problem.joints > self.settings.small and not problem.layout.round:
+            return False
+        return not run.is_only_state
 
     def run(self, run: CoulombRun) -> None:
         """Look for states with a lower load factor."""
