@@ -26,6 +26,7 @@ from atlas.held_scenes import held  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
+from csv_rows import read_rows  # noqa: E402
 from mappings import mapped, mirrored  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -123,14 +124,6 @@ def summed_up(rows: list[dict[str, str]], against: list[dict[str, str]]) -> None
         print(f"  default above the least known by more than {HIGHER:g}: {len(high)}")
         print("  " + ", ".join(f"{name}: {100 * share:.2g} %" for share, name in high))
         print(f"  processor seconds: median {np.median(seconds):.2f}, sum {sum(seconds):.1f}")
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file; none if it does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def main() -> None:

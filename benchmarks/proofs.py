@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.small_scenes import bonded  # noqa: E402
+from csv_rows import read_rows  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
@@ -157,14 +158,6 @@ def _slower(rows: list[dict[str, str]]) -> str:
     own = np.array([[float(row["proof_seconds"]), float(row["default_seconds"])] for row in rows])
     slower = np.median(own[:, 0] / np.maximum(own[:, 1] - own[:, 0], 1e-3))
     return f"{proven:.0%} proven, {slower:+.0%} time"
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file; none if it does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def main() -> None:
