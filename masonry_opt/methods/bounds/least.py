@@ -1,7 +1,6 @@
 """The least Coulomb load factor of a plane scene, with a proof by conflict learning."""
 
 import time
-from dataclasses import dataclass
 
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
@@ -12,17 +11,6 @@ from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.thresholds import ZERO, is_lower
-
-
-@dataclass(frozen=True)
-class LeastSearch:
-    """Result of a search for the least load factor."""
-
-    best: Answer | None  #: exact state with the lowest λ, known before or found by the search
-    #: Proof that no state has a lower load factor; None if the search ended without a proof.
-    proof: Proof | None
-    why: str  #: reason why there is no proof; empty if there is one
-    programs: int = 0  #: linear programs that the search solved
 
 
 def refusal(problem: Problem) -> str:
@@ -43,7 +31,7 @@ class LeastProof:
     ----------
     best: exact state with the lowest load factor, known before or found by the search.
     proof: the proof that no state is lower; None if there is none so far.
-    why: reason why there is no proof; empty if there is one.
+    why: reason why there is no proof; empty if there is one, or if the search may still end with one.
     """
 
     def __init__(
@@ -128,7 +116,7 @@ def prove_least(
     seconds: float,
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
-) -> LeastSearch:
+) -> LeastProof:
     """Search for states with 0 ≤ λ below the lowest known λ, and prove that no further state exists.
 
     Parameters
@@ -140,10 +128,7 @@ def prove_least(
     settings: settings of the search.
     """
     attempt = LeastProof(task, known, upper, settings)
-    has_ended = attempt.run(seconds, settings.most_programs)
-    why = "" if has_ended else _out_of_time(seconds, settings)
-    return LeastSearch(attempt.best, attempt.proof, attempt.why or why, attempt.programs)
-
-
-def _out_of_time(seconds: float, settings: ProofSettings) -> str:
-    return f"the search did not end within {seconds:g} s or {settings.most_programs} linear programs"
+    if not attempt.run(seconds, settings.most_programs):
+        limits = f"{seconds:g} s or {settings.most_programs} linear programs"
+        attempt.why = f"the search did not end within {limits}"
+    return attempt
