@@ -1,4 +1,4 @@
-"""Of how many small scenes is the least load factor proven, and in how much processor time?
+"""Count the small scenes whose least load factor is proven, and measure the processor time of the proofs.
 
     python benchmarks/proofs.py random --each 15 --first 1821000 --programs 100000 --out proofs.csv
     python benchmarks/proofs.py bonds --programs 400000 --out bonds.csv

@@ -113,7 +113,7 @@ def _results_apart() -> Iterator[None]:
         yield
     finally:
         sys.stdout = standard_output
-        # What the buffer still holds cannot be written if a write has failed, which is reported already.
+        # After a failed write, closing the stream fails again. The first failure was already reported.
         with contextlib.suppress(OSError):
             results.close()
 

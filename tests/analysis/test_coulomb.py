@@ -179,7 +179,8 @@ def test_the_first_state_will_do_if_asked_for():
 
 @pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
-    """From the end of the load history they lead to a state that is exact but for its complementarity."""
+    """Interior-point programs find a state from the last forces of a load history; it is exact except for its
+    complementarity."""
     simplex, loaded = solved(scene_of(name)), solved(scene_of(name), "incremental")
     state = loaded.solution.answer
     found = Alternation(loaded.assembly.problem, Effort()).state_near(state.q, state.d)

@@ -22,8 +22,9 @@ class SearchSettings:
     #: that do not lower λ. More starts take proportionally longer and find rarer states.
     starts_in_vain: int = 100
 
-    #: The same number if it is proven that no state between zero and the answer exists. These starts look for
-    #: states below zero, which the proof does not cover. More starts take proportionally longer.
+    #: Number of successive starts without a lower state after which the search ends if a proof excludes all
+    #: load factors from zero to the answer. These starts look for states with negative load factors, which
+    #: the proof does not cover. More starts take proportionally longer.
     starts_after_proof: int = 20
 
     #: In space: load steps whose forces are the first additional starts of the default method, as shares of
