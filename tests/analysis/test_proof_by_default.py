@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from mappings import mapped, mirrored
 from scenes import solved, two_blocks
 
@@ -157,3 +158,15 @@ def test_a_start_after_the_proof_may_lead_lower():
     assert states.answer.load_factor == high.load_factor
     states.near(low)
     assert states.answer.load_factor == pytest.approx(low.load_factor, rel=TOLERANCE)
+
+
+def test_the_budget_does_not_depend_on_runs_before():
+    """A study counts the programs of all its runs together; the answer to a scene is its own."""
+    problem = assemble(random_scene("wall", 2_830_000)).problem
+    ends = []
+    for solved_before in (0, 100_000):
+        task = Task(problem)
+        task.effort.lp_solves = solved_before
+        log = method.coulomb(task).log
+        ends.append((task.effort.lp_solves - solved_before, [entry.note for entry in log]))
+    assert ends[0] == ends[1]

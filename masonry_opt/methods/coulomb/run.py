@@ -42,6 +42,8 @@ class CoulombRun:
 
     def __init__(self, task: Task, seeks_lower: bool) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
+        # Studies count the programs of all their runs in one effort.
+        self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
         self.incremental: Solution | None = None
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
@@ -49,6 +51,11 @@ class CoulombRun:
         self.seconds_before = 0.0
         self.note = ""
         self.proof: Proof | None = None
+
+    @property
+    def programs(self) -> int:
+        """Number of linear programs that this run has solved."""
+        return self.effort.lp_solves - self._solved_before
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:

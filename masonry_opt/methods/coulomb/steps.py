@@ -175,7 +175,7 @@ class LeastProven:
         run.effort.begins("proof of the least")
         known = run.answer if run.answer is not None and run.answer.exact else None
         search = LeastProof(run.task, known, run.known.associative)
-        search.run(self.budget.seconds, self.budget.programs_for(run.problem, run.effort.lp_solves))
+        search.run(self.budget.seconds, self.budget.programs_for(run.problem, run.programs))
         if search.best is not None and search.best is not known:
             run.states.lower_to(search.best)
         if search.best is not None:
