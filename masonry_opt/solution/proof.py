@@ -88,7 +88,9 @@ class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
     bound: float  #: load factor up to which the proof excludes all collapse states
-    load_factor: float  #: lowest load factor of the known exact states
+    #: Lowest load factor of the known exact states, for information: the proof concerns the bound alone, and
+    #: :func:`masonry_opt.check_proof` checks only that this load factor exceeds it.
+    load_factor: float
     conditions: int  #: number of yield conditions, each of which is one Boolean variable
     conflicts: tuple[Conflict, ...]  #: conflicts, with multipliers; no assignment satisfies all their clauses
     energy_bounds: tuple[EnergyBound, ...]  #: lower bounds of friction that the kinematic conflicts use

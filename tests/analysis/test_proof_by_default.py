@@ -16,7 +16,7 @@ import masonry_opt as mo
 from masonry_opt.methods.bounds.least import LeastProof
 from masonry_opt.methods.bounds.settings import BUDGET, SETTINGS, ProofBudget
 from masonry_opt.methods.coulomb import method, search
-from masonry_opt.methods.coulomb.run import LowestState
+from masonry_opt.methods.coulomb.run import LowestState, with_proof
 from masonry_opt.methods.coulomb.steps import ExactFrom, Incremental, LeastProven
 from masonry_opt.methods.exact.search import Search
 from masonry_opt.methods.incremental.analysis import analysis_of
@@ -146,6 +146,18 @@ def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
     assert in_turns.proof is not None
     assert in_turns.programs <= 2 * at_once.programs
     assert mo.check_proof(STONES, in_turns.proof).holds
+
+
+def test_a_proof_for_another_load_factor_is_not_attached():
+    """Only the solution whose load factor the proof's search started from is called the least."""
+    solution = solved(STONES).solution
+    own, other = solution.proof, solved(WALL).solution.proof
+    assert own is not None
+    assert other is not None
+    unproven = replace(solution, proof=None, bound=None, reasons=())
+    assert with_proof(unproven, own).has(Code.PROVEN)
+    assert with_proof(unproven, other) == unproven
+    assert with_proof(unproven, None) == unproven
 
 
 def test_a_start_after_the_proof_may_lead_lower():

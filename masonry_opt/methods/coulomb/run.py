@@ -20,7 +20,7 @@ from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import ZERO, same
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
@@ -104,11 +104,16 @@ class CoulombRun:
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
         solution = self.states.met.recorded_in(solution)
-        return solution if self.proof is None else with_proof(solution, self.proof)
+        return with_proof(solution, self.proof)
 
 
-def with_proof(solution: Solution, proof: Proof) -> Solution:
-    """Return a solution with the proof that no state has a lower load factor than its answer."""
+def with_proof(solution: Solution, proof: Proof | None) -> Solution:
+    """Return a solution with the proof that no state has a lower load factor than its answer.
+
+    A proof for another load factor says nothing about the answer, so that the solution stays as it is.
+    """
+    if proof is None or solution.load_factor is None or not same(proof.load_factor, solution.load_factor):
+        return solution
     solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
     values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
     return solution.telling(reason(Code.PROVEN, **values))

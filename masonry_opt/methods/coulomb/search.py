@@ -22,7 +22,6 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import same
 
 if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof
@@ -216,7 +215,5 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
         solution = solution.telling(reason(Code.SEARCHED, **counts))
     stationary = None if is_kept else lowest.stationary
     matters = first.flow_rule_matters
-    proof = lowest.proof or first.proof
-    if proof is not None and same(proof.load_factor, answer.load_factor):
-        solution = with_proof(solution, proof)
+    solution = with_proof(solution, lowest.proof or first.proof)
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)
