@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 #: Former names of a result's attributes, each with its present name.
-_FORMER_NAMES = {
+FORMER_NAMES = {
     "expected": "incremental",
     "at_expected": "at_incremental",
     "expected_reasons": "incremental_reasons",
@@ -183,8 +183,8 @@ class Outcome:
 
     def __getattr__(self, name: str) -> Any:
         """Raise AttributeError; if the name is a former name, the message states the present one."""
-        if name in _FORMER_NAMES:
-            raise AttributeError(f"'{name}' is now called '{_FORMER_NAMES[name]}'")
+        if name in FORMER_NAMES:
+            raise AttributeError(f"'{name}' is now called '{FORMER_NAMES[name]}'")
         raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
     @cached_property

@@ -10,9 +10,12 @@ import pytest
 from scenes import block_on_floor, pressed_down
 
 import masonry_opt as mo
+from masonry_opt.cli.app import FORMER_OPTIONS
+from masonry_opt.methods.registry import FORMER_METHODS
 from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.generator import Generator
+from masonry_opt.solution.outcome import FORMER_NAMES
 from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.warning_codes import StudyCode
 
@@ -111,6 +114,12 @@ def test_every_status_and_code_has_a_row_and_no_other():
     codes = {str(code) for code in (*Code, *StudyCode)}
     assert set(names) == codes | {str(status) for status in mo.Status}
     assert set(told(section(text, "Statuses"))) == {str(status) for status in mo.Status}
+
+
+def test_every_former_name_stands_in_the_glossary():
+    rows = section(page("glossary"), "Former names")
+    table = set(re.findall(r"^\| [^|]* \| `([^`]*)` \|", rows, re.MULTILINE))
+    assert table == {*FORMER_METHODS, *FORMER_NAMES, *FORMER_OPTIONS}
 
 
 def test_every_name_of_the_package_is_in_the_reference():
