@@ -15,7 +15,7 @@ from scenes import solved, two_blocks
 import masonry_opt as mo
 from masonry_opt.methods.bounds.least import LeastProof
 from masonry_opt.methods.bounds.settings import BUDGET, SETTINGS, ProofBudget
-from masonry_opt.methods.coulomb import method, search
+from masonry_opt.methods.coulomb import method
 from masonry_opt.methods.coulomb.run import LowestState, with_proof
 from masonry_opt.methods.coulomb.steps import ExactFrom, Incremental, LeastProven
 from masonry_opt.methods.exact.search import Search
@@ -85,9 +85,9 @@ def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
 
 
 def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
-    scarce = LeastProven(few_joints=True, budget=replace(BUDGET, programs=20))
-    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), scarce))
-    result = mo.solve(STONES, incremental=False)
+    steps = (Incremental(), ExactFrom("incremental"), LeastProven(few_joints=True))
+    monkeypatch.setattr(method, "STEPS", steps)
+    result = mo.solve(STONES, incremental=False, budget=replace(BUDGET, programs=20))
     assert result.bound is None
     assert "lowest found" in result.summary
     assert not result.solution.has(Code.PROVEN)
@@ -107,8 +107,8 @@ def test_larger_scenes_have_a_share_of_the_programs_before():
 def test_a_search_takes_turns_with_the_proof(monkeypatch):
     """The search, which would go on for ten minutes, ends as soon as the least load factor is proven."""
     monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
-    monkeypatch.setattr(search, "BUDGET", replace(BUDGET, first_turn=100))
-    result = mo.solve(STONES, incremental=False, search=600.0)
+    budget = replace(BUDGET, first_turn=100)
+    result = mo.solve(STONES, incremental=False, search=600.0, budget=budget)
     assert_proven(result, LEAST[STONES])
     assert sum(result.seconds.values()) < 60
 
@@ -122,8 +122,7 @@ def test_a_search_goes_on_from_a_state_of_the_proof(monkeypatch):
 
     monkeypatch.setattr(Search, "endless", first_again)
     monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
-    monkeypatch.setattr(search, "BUDGET", replace(BUDGET, first_turn=50))
-    result = mo.solve(WALL, incremental=False, search=600.0)
+    result = mo.solve(WALL, incremental=False, search=600.0, budget=replace(BUDGET, first_turn=50))
     assert set(result.history["origin"]) == {"start", "proof"}
     assert_proven(result, LEAST[WALL])
 

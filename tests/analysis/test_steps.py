@@ -1,14 +1,20 @@
 """The default method as a list of steps: which run, what they report, and their order."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from scenes import block_on_floor, overhanging, pressed_down, small_wall, solved, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.methods.bounds.settings import ProofBudget
 from masonry_opt.methods.coulomb import method
 from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, LeastProven, Loop
+from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 
+LOW_STATES = Path(__file__).parent / "low_states"
 LOAD_HISTORY = "incremental analysis"
 FROM_HISTORY = "exact state from the incremental forces"
 FROM_ASSOCIATIVE = "exact state from the associative forces"
@@ -88,3 +94,20 @@ def test_the_list_decides_what_is_done(monkeypatch, steps, load_factor):
 def test_the_steps_are_in_the_order_of_the_guide():
     kinds = [Incremental, ExactFrom, ExactFrom, LeastProven, FurtherStarts, LeastProven, Loop]
     assert [type(step) for step in method.STEPS] == kinds
+
+
+def test_settings_of_the_search_can_be_passed():
+    """Without a proof, the log has the step of further starts, which are at least as many as asked for."""
+    path, no_proof = LOW_STATES / "stones_14_joints.toml", ProofBudget(most_joints=0)
+    counts = []
+    for number in (1, 6):
+        settings = SearchSettings(starts_in_vain=number)
+        result = mo.solve(path, incremental=False, settings=settings, budget=no_proof)
+        assert steps_of(result)[-1] == FURTHER
+        counts.append(result.solution.starts)
+    assert counts[1] >= counts[0] + 5
+
+
+def test_settings_of_another_class_are_refused():
+    with pytest.raises(mo.OptionError, match="settings"):
+        mo.solve(two_blocks(), settings=IncrementalSettings())

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
 from masonry_opt.errors import OptionError
+from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
 from masonry_opt.methods.coulomb.steps import (
@@ -22,6 +23,7 @@ from masonry_opt.methods.coulomb.steps import (
     LeastProven,
     Loop,
 )
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Status
@@ -56,6 +58,10 @@ class CoulombOptions(Options):
         time decides how many of them are reached.
     start: a result of the same scene to go on from, in place of all steps before the search. Without
         ``search`` only the exact state near its forces is looked for.
+    settings: numbers that control the search for exact states, as
+        :class:`~masonry_opt.methods.exact.settings.SearchSettings`.
+    budget: numbers that limit the proof that no state is lower, as
+        :class:`~masonry_opt.methods.bounds.settings.ProofBudget`.
     """
 
     descent: Annotated[bool, Strict()] = True
@@ -63,6 +69,8 @@ class CoulombOptions(Options):
     until: Annotated[float, Strict()] | None = None
     seed: Annotated[int, Strict(), Field(ge=0)] = 0
     start: InstanceOf[Solution] | None = None
+    settings: InstanceOf[SearchSettings] = SEARCH
+    budget: InstanceOf[ProofBudget] = BUDGET
 
     @model_validator(mode="after")
     def _ends_a_search(self) -> "CoulombOptions":
@@ -102,7 +110,7 @@ def coulomb(task: Task) -> Solution:
 
 def _run_steps(task: Task, options: CoulombOptions) -> Solution:
     """Run all steps that apply, and return the solution with a log of the steps."""
-    run = CoulombRun(task, options.descent)
+    run = CoulombRun(task, options.descent, options.settings, options.budget)
     log: list[LogEntry] = []
     for step in STEPS:
         if run.ended is not None or not step.applies(run):
@@ -118,7 +126,8 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
     """Search for exact states with a lower λ than a solution; return the lowest, with the extended log."""
     began = time.perf_counter()
-    found = search_lower(task, first, SearchLimits(options.search, options.until, options.seed))
+    limits = SearchLimits(options.search, options.until, options.seed)
+    found = search_lower(task, first, limits, options.settings, options.budget)
     seconds = time.perf_counter() - began
     entry = LogEntry(_SEARCH, found.load_factor, found.exact_states or 0, seconds)
     return replace(found, log=(*first.log, entry))

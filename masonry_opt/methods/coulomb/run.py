@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
@@ -32,6 +33,8 @@ class CoulombRun:
     Attributes
     ----------
     seeks_lower: True if states with a lower load factor are searched for once an exact state is known.
+    settings: settings of the search for exact states.
+    budget: budget of the proof that no state is lower.
     incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
@@ -40,8 +43,15 @@ class CoulombRun:
     proof: the proof that no state is lower; None without a proof.
     """
 
-    def __init__(self, task: Task, seeks_lower: bool) -> None:
+    def __init__(
+        self,
+        task: Task,
+        seeks_lower: bool,
+        settings: SearchSettings = SEARCH,
+        budget: ProofBudget = BUDGET,
+    ) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
+        self.settings, self.budget = settings, budget
         # Studies count the programs of all their runs in one effort.
         self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
@@ -65,7 +75,7 @@ class CoulombRun:
     @cached_property
     def states(self) -> "LowestState":
         """The lowest exact state so far."""
-        return LowestState(self.task, self.analysis)
+        return LowestState(self.task, self.analysis, self.settings)
 
     @property
     def answer(self) -> Answer | None:
@@ -122,12 +132,13 @@ def with_proof(solution: Solution, proof: Proof | None) -> Solution:
 class LowestState:
     """Record of the exact states that were found, and of the one with the lowest load factor."""
 
-    def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
+    def __init__(self, task: Task, analysis: IncrementalAnalysis, settings: SearchSettings = SEARCH) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
-        self._analysis = analysis
+        self._analysis, self._settings = analysis, settings
         self.met = StateRecord()
-        simplex = self._problem.joints <= SEARCH.simplex_up_to and not self._problem.layout.round
-        self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
+        simplex = self._problem.joints <= settings.simplex_up_to and not self._problem.layout.round
+        refiner = refiner_of(task, settings) if simplex else None
+        self._search = Search(refiner, analysis, self.met, settings) if refiner else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
 
@@ -136,7 +147,7 @@ class LowestState:
         """State finder that alternates between programs of mechanisms and of forces, by interior points."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
-        return alternation_of(self._task)
+        return alternation_of(self._task, self._settings)
 
     @property
     def answer(self) -> Answer | None:
@@ -182,8 +193,9 @@ class LowestState:
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
 
-    def look_further_in_space(self, settings: SearchSettings, history: LoadHistory | None) -> None:
+    def look_further_in_space(self, history: LoadHistory | None) -> None:
         """Look for states of lower λ, from forces of the load history and a fixed number of other starts."""
+        settings = self._settings
         finder = ConeRefiner(self._problem, self._effort, self._alternation, settings.weights_in_space)
         search = Search(finder, self._analysis, self.met, settings)
         lowest = self._by_programs

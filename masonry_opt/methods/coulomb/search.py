@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from masonry_opt.methods.bounds.settings import BUDGET
+from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import with_proof
 from masonry_opt.methods.exact.refiner import (
     ConeRefiner,
@@ -16,6 +16,7 @@ from masonry_opt.methods.exact.refiner import (
     refiner_of,
 )
 from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 from masonry_opt.solution.acceptance import Kind
@@ -66,7 +67,13 @@ class SearchLimits:
     seed: int = 0
 
 
-def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
+def search_lower(
+    task: Task,
+    first: Solution,
+    limits: SearchLimits,
+    settings: SearchSettings = SEARCH,
+    budget: ProofBudget = BUDGET,
+) -> Solution:
     """Search from the forces of a solution and from further starts; return the exact state of lowest λ.
 
     The search ends when its time is over, when it is proven that no state is lower, or when the user
@@ -79,18 +86,18 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
         # This module imports a modelling language, which takes seconds.
         from masonry_opt.methods.exact.alternation import alternation_of
 
-        finder = ConeRefiner(task.problem, task.effort, alternation_of(task))
+        finder = ConeRefiner(task.problem, task.effort, alternation_of(task, settings))
     else:
-        finder = refiner_of(task)
+        finder = refiner_of(task, settings)
     lowest = _Lowest(task, finder)
-    search = Search(finder, analysis_of(task), lowest.met)
+    search = Search(finder, analysis_of(task), lowest.met, settings)
     if limits.seconds is not None:
         finder.deadline = time.perf_counter() + limits.seconds
     try:
         if first.q is not None:
             lowest.see("start", search.start(first.q))
         if limits.seconds is not None and first.proof is None:
-            _search_on(search, lowest, limits)
+            _search_on(search, lowest, limits, budget)
     except RefinerTimeout:
         lowest.missed = Code.NO_TIME
     except KeyboardInterrupt:
@@ -100,7 +107,7 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
     return _solution(task, first, lowest, finder, limits.seconds is not None)
 
 
-def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
+def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: ProofBudget) -> None:
     """Try starts until a state is low enough or proven least. Raises RefinerTimeout when the time is over.
 
     On small scenes the starts and the search for a proof take turns, which are numbers of linear programs and
@@ -108,11 +115,11 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits) -> None:
     """
     candidates = search.endless(lowest.state, limits.seed)
     until = -inf if limits.until is None else limits.until
-    effort, turn = search.effort, BUDGET.first_turn
+    effort, turn = search.effort, budget.first_turn
     turn_ends = effort.lp_solves + turn
     while lowest.state is None or lowest.state.load_factor > until:
         lowest.see(*next(candidates))
-        if effort.lp_solves < turn_ends or not BUDGET.covers(search.problem):
+        if effort.lp_solves < turn_ends or not budget.covers(search.problem):
             continue
         lowest.prove(turn)
         if lowest.proof is not None:

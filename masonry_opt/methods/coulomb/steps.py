@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from masonry_opt.errors import counted
 from masonry_opt.methods.associative import associative, with_associative
-from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import CoulombRun
-from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.options import LoopOptions
@@ -124,7 +122,6 @@ class ExactFrom:
 class FurtherStarts:
     """Look for states with a lower load factor from further starts, on small plane scenes and in space."""
 
-    settings: SearchSettings = SEARCH
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
@@ -132,7 +129,7 @@ class FurtherStarts:
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
-        if problem.joints > self.settings.small and not problem.layout.round:
+        if problem.joints > run.settings.small and not problem.layout.round:
             return False
         return not run.is_only_state
 
@@ -141,10 +138,10 @@ class FurtherStarts:
         assert run.incremental is not None
         run.effort.begins("further starts")
         if run.problem.layout.round:
-            run.states.look_further_in_space(self.settings, run.incremental.load_history)
+            run.states.look_further_in_space(run.incremental.load_history)
         else:
             proven = run.proof is not None
-            starts = self.settings.starts_after_proof if proven else self.settings.starts_in_vain
+            starts = run.settings.starts_after_proof if proven else run.settings.starts_in_vain
             run.states.look_further_in_the_plane(starts)
 
 
@@ -158,14 +155,13 @@ class LeastProven:
     """
 
     few_joints: bool
-    budget: ProofBudget = BUDGET
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower load factors are wanted, and the number of joints suits this step."""
-        if run.incremental is None or not run.seeks_lower or not self.budget.covers(run.problem):
+        if run.incremental is None or not run.seeks_lower or not run.budget.covers(run.problem):
             return False
-        return self.few_joints == (run.problem.joints <= self.budget.few_joints)
+        return self.few_joints == (run.problem.joints <= run.budget.few_joints)
 
     def run(self, run: CoulombRun) -> None:
         """Search for lower load factors until their absence is proven, or until the budget is used up."""
@@ -175,7 +171,7 @@ class LeastProven:
         run.effort.begins("proof of the least")
         known = run.answer if run.answer is not None and run.answer.exact else None
         search = LeastProof(run.task, known, run.known.associative)
-        search.run(self.budget.seconds, self.budget.programs_for(run.problem, run.programs))
+        search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
         if search.best is not None and search.best is not known:
             run.states.lower_to(search.best)
         if search.best is not None:

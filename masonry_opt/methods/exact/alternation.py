@@ -154,7 +154,7 @@ class Alternation:
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
         """Return this alternation, or a new one if the problem or the effort differs."""
         same = problem is self._given and effort is self._effort
-        return self if same else Alternation(problem, effort)
+        return self if same else Alternation(problem, effort, self._settings)
 
     def state_near(
         self,
@@ -208,7 +208,11 @@ class Alternation:
         return last
 
 
-def alternation_of(task: Task) -> Alternation:
+def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation:
     """Return the alternation for a task's problem; its compiled programs are reused within the task."""
     problem, effort = task.problem, task.effort
-    return task.kept.of("alternation", problem, effort, lambda: Alternation(problem, effort), own=True)
+
+    def build() -> Alternation:
+        return Alternation(problem, effort, settings)
+
+    return task.kept.of(("alternation", settings), problem, effort, build, own=True)

@@ -260,10 +260,10 @@ class Refiner(StateFinder):
         return verdict is Verdict.OPTIMAL
 
 
-def refiner_of(task: Task) -> Refiner:
+def refiner_of(task: Task, settings: SearchSettings = SEARCH) -> Refiner:
     """Return the refiner for the problem of a task."""
     with task.effort.measure("build"):
-        return Refiner(task.problem, task.effort)
+        return Refiner(task.problem, task.effort, settings)
 
 
 class ConeRefiner(StateFinder):

@@ -141,6 +141,18 @@ class Search:
         for _, state in islice(self.endless(lowest, 0), self._settings.starts_in_space):
             yield state
 
+    @property
+    def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
+        """Kinds of starts at which ties and other limited forces use at most a share of their strength.
+
+        Such starts come first if a scene has limited forces, because lower states may exist in which a tie
+        does not yield.
+        """
+        return {
+            f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)
+            for share in self._settings.strength_shares
+        }
+
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Yield candidates without end.
 
@@ -150,7 +162,8 @@ class Search:
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
         if self._random.has_limited_forces:
-            kinds = (*_WEAKER_TIES, *kinds)
+            kinds = (*self._starts_with_weaker_ties, *kinds)
+        functions = _START_FUNCTIONS | self._starts_with_weaker_ties
         repeated: ExactState | None = None
         for number, kind in enumerate(cycle(kinds)):
             while self.problem.layout.round and best is not None and best is not repeated:
@@ -160,7 +173,7 @@ class Search:
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
             best = lower_of(best, self.known)
-            state = self.start(_START_FUNCTIONS[kind](self, best, rng))
+            state = self.start(functions[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state
 
@@ -265,10 +278,6 @@ _STRESS = "self-stress"  #: Kind of start: forces of a load history with a rando
 _FIXED = "fixed point"  #: Kind of start: forces at a fixed point of the costs of normal forces.
 _NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
-#: Kinds of starts at which ties and other limited forces use at most a share of their strength. Such starts
-#: come first if a scene has limited forces, because lower states may exist in which a tie does not yield.
-_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in SEARCH.strength_shares}
-
 #: Function that returns the forces of a start. Its arguments are the search, the lowest state and a random
 #: generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
@@ -280,7 +289,6 @@ _START_FUNCTIONS: dict[str, _Start] = {
     "loads": Search.with_other_loads,
     _FIXED: Search.fixed_point,
     _NEIGHBOUR: Search.neighbour,
-    **{kind: partial(Search.random_forces, strength_share=share) for kind, share in _WEAKER_TIES.items()},
 }
 
 #: Kinds of starts in the plane, in the order of the cycle. Random forces or a neighbour take a tenth of the
