@@ -20,7 +20,7 @@ from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import dots, linked
 from masonry_opt.solution.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
 #: Points of Simpson's rule, relative to the length of an edge; the rule is exact for cubic functions.
@@ -366,7 +366,8 @@ def least_missed(
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
     # The simplex method of HiGHS may fail on the presolved program. In this case, repeat it without presolve.
     for presolve in ("choose", "off"):
-        session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
+        options = {"small_matrix_value": SMALLEST_COEFFICIENT, "presolve": presolve}
+        session = HighsSession(program, effort, "finite motion", **options)
         if session.solve() is Verdict.OPTIMAL:
             *q, value = session.point()
             below, above = session.multipliers()[: 2 * rows].reshape(2, rows)

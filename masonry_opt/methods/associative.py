@@ -17,7 +17,7 @@ from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import LpAnswer
-from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
 #: Name in a result's ``solvers`` for the associative load factor that is added to a Coulomb answer.
@@ -120,7 +120,7 @@ def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
     if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
         return None
     statics = HighsSession(
-        programs(problem)[0], Effort(), _ASSOCIATIVE_PURPOSE, small_matrix_value=SEARCH.smallest_entry
+        programs(problem)[0], Effort(), _ASSOCIATIVE_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
     )
     effort.uses("highs", _ASSOCIATIVE_PURPOSE)
     statics.set_costs("load_factor", np.array([-problem.live_norm]))

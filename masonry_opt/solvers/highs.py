@@ -16,6 +16,10 @@ from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, i
 if TYPE_CHECKING:
     import cvxpy as cp
 
+#: Size of matrix coefficients below which HiGHS leaves them out, as option ``small_matrix_value``. Nearly
+#: parallel joints have coefficients of 1e-10, which the default of HiGHS, 1e-9, would lose.
+SMALLEST_COEFFICIENT = 1e-12
+
 _UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or product in double precision.
 
 

@@ -18,7 +18,7 @@ from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.problem.problem import Problem, Scaled
 from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicConflict, StaticConflict
-from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
 _CONFLICTS_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
@@ -26,10 +26,6 @@ _CONFLICTS_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
 #: Residual up to which HiGHS may call a program infeasible, as every conflict is verified afterwards. A
 #: smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
-
-#: Coefficients below this value are left out of the programs. Nearly parallel joints have coefficients of
-#: 1e-10, which a larger value would lose.
-_SMALLEST_COEFFICIENT = 1e-12
 
 #: Share of the allowed residual that a conflict may leave, as residuals are computed in floating point. A
 #: larger share leaves conflicts that the exact arithmetic of the check may refuse.
@@ -83,7 +79,7 @@ class Theory(ABC):
             _CONFLICTS_PURPOSE,
             presolve="off",
             simplex_scale_strategy=0,
-            small_matrix_value=_SMALLEST_COEFFICIENT,
+            small_matrix_value=SMALLEST_COEFFICIENT,
             threads=1,
         )
         self._session.accept_rays_up_to(_RAY_RESIDUAL)

@@ -28,7 +28,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solution.motion import weightless
 from masonry_opt.solution.thresholds import ZERO, is_lower
-from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
 if TYPE_CHECKING:
@@ -140,8 +140,9 @@ class Refiner(StateFinder):
         super().__init__(problem, effort)
         self._settings = settings
         forces, motion = programs(problem)
-        smallest = settings.smallest_entry
-        self._statics = HighsSession(forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=smallest)
+        self._statics = HighsSession(
+            forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
+        )
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0

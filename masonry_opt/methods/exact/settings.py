@@ -78,11 +78,6 @@ class SearchSettings:
     #: at yield; if it is larger, mechanisms may involve conditions that are not at yield.
     at_yield: float = 1e-7
 
-    #: HiGHS drops matrix entries below this size; the default of HiGHS is 1e-9. With a larger size the rows
-    #: of nearly parallel joints can contradict each other; with a smaller size rounding errors count as
-    #: entries.
-    smallest_entry: float = 1e-12
-
     #: Largest number of times that start forces are replaced by forces nearer to a mechanism. More
     #: replacements seldom lower λ.
     repairs: int = 2
