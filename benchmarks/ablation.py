@@ -112,7 +112,6 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "thirty-two-sides": ("coulomb", {_SIDES: 32}),
     "search-random-forces-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("random forces")}),
     "search-self-stress-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("self-stress")}),
-    "search-loads-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("loads")}),
 }
 
 #: By name: attributes ("module:NAME" within ``masonry_opt.methods``, ".module:NAME" beside it) of a method,

@@ -36,9 +36,9 @@ class LowerState:
     ----------
     load_factor: its load factor.
     origin: start that led to the state: "start" (the state of the steps before the search, or the given
-        result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps with other
-        "loads" or from other "self-stress", a "fixed point", a "neighbour" of the lowest state, the search
-        for a "proof" that λ is least, or in space the forces of the "lowest state".
+        result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps from other
+        "self-stress", a "fixed point", a "neighbour" of the lowest state, the search for a "proof" that λ is
+        least, or in space the forces of the "lowest state".
     candidate: number of the start, counted from 1.
     lp_solves: linear programs solved since the method began, in space cone programs too.
     seconds: time since the search began.

@@ -201,15 +201,6 @@ class Search:
             return None
         return result.history.steps[-1].forces
 
-    def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a load history in which the loads of each block are changed at random."""
-        problem, sizes = self.problem, (2, self.problem.dead.size)
-        dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
-            problem.dead,
-            problem.live,
-        ]
-        return self._loaded(replace(problem, dead=dead, live=live))
-
     def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return the forces of a load history that starts from a random preload."""
         settled = self_stress(self.problem, rng)
@@ -286,7 +277,6 @@ _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray |
 _START_FUNCTIONS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
-    "loads": Search.with_other_loads,
     _FIXED: Search.fixed_point,
     _NEIGHBOUR: Search.neighbour,
 }
@@ -298,4 +288,4 @@ _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order of the cycle. Random forces lead to lower states in less time than
 #: load histories.
-_KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")
+_KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

@@ -55,10 +55,6 @@ class SearchSettings:
     #: one condition is released. With a larger share the states found differ more.
     released_share: float = 0.02
 
-    #: Standard deviation of the logarithm of the random factors on the loads of each block, for starts of
-    #: kind "loads".
-    load_deviation: float = 0.5
-
     #: In the first starts, ties and other limited forces may use at most these shares of their strength, one
     #: share for each start. With more shares, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
