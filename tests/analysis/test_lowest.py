@@ -48,7 +48,9 @@ def assert_lowest(scene: mo.Scene, least: float) -> None:
     assert result.load_factor == pytest.approx(least, rel=TOLERANCE)
 
 
-@pytest.mark.parametrize("order", range(8))
+@pytest.mark.parametrize(
+    "order", [pytest.param(order, marks=pytest.mark.slow if order > 2 else ()) for order in range(8)]
+)
 @pytest.mark.parametrize("name", LEAST_KNOWN)
 def test_any_order_of_the_blocks_leads_to_the_least_state(name, order):
     assert_lowest(in_order(mo.load(FOLDER / f"{name}.toml"), order), LEAST_KNOWN[name])

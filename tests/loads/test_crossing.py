@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
-from scenes import axles_on_a_beam
+from scenes import CASES, axles_on_a_beam
 
 import masonry_opt as mo
 from masonry_opt.analysis import Session
@@ -248,18 +248,39 @@ def test_the_load_of_a_road_keeps_its_sum_and_its_place():
     assert moment == pytest.approx(-(x[:3] @ load[:3]))
 
 
+def arch_under_fill():
+    """An arch of 14 voussoirs on fixed abutments, under fill."""
+    bank = [(1.5, -1), (4, -1), (4, 0.18), (1.74, 0.18), (1.5, 0)]
+    abutments = [
+        mo.Block(name=name, vertices=[(side * x, y) for x, y in bank], fixed=True)
+        for name, side in (("left", -1), ("right", 1))
+    ]
+    ring = mo.Arch(span=3, rise=0.75, thickness=0.3, voussoirs=14, unit_weight=22, abutments=False)
+    return mo.Scene(
+        joints=mo.JointDefaults(friction_angle=33),
+        blocks=[*ring.blocks(), *abutments],
+        fills=[mo.Fill(road=[(-4, 1.35), (4, 1.35)], unit_weight=19, friction_angle=35, mobilised=0.2)],
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_bridge_with_fill_against_a_sweep(method):
-    """Loads spread through fill: nothing jumps, and no load is a line or parabola of the position."""
-    bridge = mo.load("cases/bridges/arch_with_fill.toml").model_copy(update={"loads": []})
+    """Loads spread through fill: nothing jumps, and no load is a line or parabola of the position.
+
+    With Coulomb friction a position costs a hundred times as much: the arch alone, of fewer voussoirs.
+    """
+    bridge = mo.load(CASES / "bridges" / "arch_with_fill.toml").model_copy(update={"loads": []})
     bogie = mo.Axles(name="bogie", set="CS 454 double 1.3 m", factor=0.4)
-    found = mo.crossing(bridge, bogie, method=method, incremental=False)
+    if method == "static":
+        scene, places = bridge, np.arange(-0.6, 0.1, 0.01)
+    else:
+        near_the_least = np.arange(2.24, 2.29, 0.01)
+        scene, places = arch_under_fill(), np.concatenate([np.arange(1.9, 2.6, 0.1), near_the_least])
+    found = mo.crossing(scene, bogie, method=method, incremental=False)
     passage = found.least.passage
-    swept = {
-        x: mo.solve(passage.scene(x), method, incremental=False).load_factor
-        for x in np.arange(-0.6, 0.1, 0.01 if method == "static" else 0.05).tolist()
-    }
+    swept = {x: mo.solve(passage.scene(x), method, incremental=False).load_factor for x in places.tolist()}
+    assert min(swept, key=swept.get) not in (places.min(), places.max())
     assert found.load_factor <= min(swept.values()) * (1 + 1e-3)
     assert found.load_factor >= min(swept.values()) * (1 - 1e-3)
     if method == "static":

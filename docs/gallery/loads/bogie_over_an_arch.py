@@ -9,7 +9,7 @@ moved along the road, and the load factor is followed.
 import masonry_opt as mo
 
 # A strip 1 m wide, in m and kN: the arch on its abutments, and fill up to the road.
-ring = mo.Arch(span=3, rise=0.75, thickness=0.3, voussoirs=40, unit_weight=22, abutments=False)
+ring = mo.Arch(span=3, rise=0.75, thickness=0.3, voussoirs=14, unit_weight=22, abutments=False)
 bank = [(1.5, -1), (4, -1), (4, 0.18), (1.74, 0.18), (1.5, 0)]
 ground = [
     mo.Block(name="left", vertices=[(-x, y) for x, y in bank], fixed=True),

@@ -15,6 +15,7 @@ from atlas.random_scenes_in_space import random_scene_in_space
 from drawing_errors import with_errors
 from mappings import mapped, turned
 from meshes import obj, prism
+from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -99,7 +100,7 @@ def test_advice_along_a_slanted_bed(error: float) -> None:
 @pytest.mark.parametrize("error", [1e-3, 1e-4, -1e-4, -1e-3])
 def test_advice_in_space(error: float, method: str) -> None:
     """The exact drawing's lowest load factor is lower than in the plane, as blocks may also turn."""
-    exact = mo.solve(mo.extrude(scene_of(outlines("A", 2, 0.0), None)), method).load_factor
+    exact = solved(mo.extrude(scene_of(outlines("A", 2, 0.0), None)), method, incremental=True).load_factor
     assert exact == pytest.approx({"coulomb": 0.149, "static": 0.25}[method], rel=1e-3)
     result, _ = as_advised(lambda tolerance: mo.extrude(scene_of(outlines("A", 2, error), tolerance)), method)
     assert result.load_factor == pytest.approx(exact, rel=3e-3)
