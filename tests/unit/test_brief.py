@@ -55,7 +55,7 @@ def test_records_of_many_points():
             name="parts", parts=[mo.Part(box=((i, i + 1), (0, 1), (0, 1))) for i in range(50)], weight=1
         ),
         mo.Axles(name="train", loads=[1.0] * 40, distances=[1.0] * 39, road=many),
-        mo.Fill(road=many, unit_weight=18.0, friction_angle=30.0),
+        mo.Fill(road=many, unit_weight=18.0, friction_angle=30.0, mobilised=0.5),
         mo.JointDefaults(friction=0.6),
         mo.Joint(between=("a", "b"), friction=0.1),
         mo.LoadCase(name="wind", live={f"group {number}": 1.0 for number in range(90)}),
