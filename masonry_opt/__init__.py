@@ -17,10 +17,10 @@ Scenes and their records
 Generators of many blocks
     Wall, Facade, Arch, PointLoad, Column; in space Plan, PlanWall, Opening, Barrel, Dome, Groin, Shaft
 Research
-    prove_least, check_proof, check, compare, assemble
+    certify, prove_least, check_proof, check, compare, assemble
 Results
-    Result, Status, Certificate, LeastLoadFactor, DualityReport, Sample, Crossing, Capacity, KinematicCheck,
-    Settlement
+    Result, Status, Certificate, StateCheck, LeastLoadFactor, DualityReport, Sample, Crossing, Capacity,
+    KinematicCheck, Settlement
 Errors
     MasonryError, CaseError, OptionError
 

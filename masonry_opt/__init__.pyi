@@ -1,6 +1,8 @@
 """The names of the package: ``__init__.py`` reads them here, and imports each when it is first wanted."""
 
 from masonry_opt.analysis import solve as solve
+from masonry_opt.certifying import StateCheck as StateCheck
+from masonry_opt.certifying import certify as certify
 from masonry_opt.drawing.pictures import draw as draw
 from masonry_opt.duality import DualityReport as DualityReport
 from masonry_opt.duality import check as check

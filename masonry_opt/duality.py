@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_opt.analysis import solve
+from masonry_opt.brief import brief
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
 from masonry_opt.problem.problem import Problem, State
@@ -58,6 +59,8 @@ class DualityReport:
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
     fills: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def passed(self) -> bool:

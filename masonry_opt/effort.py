@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from masonry_opt.brief import brief
+
 #: Function that is called with the name of each phase when the phase begins, such as "finding joints".
 Phases = Callable[[str], None]
 
@@ -22,6 +24,8 @@ PARTS = (
 
 class Effort:
     """Total time, number of solved programs and number of iterations of an analysis."""
+
+    __repr__ = brief
 
     def __init__(self, begins: Phases = lambda _: None) -> None:
         """Start with zero effort.

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from pysat.solvers import Glucose4
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import load
@@ -39,6 +40,8 @@ class ProofCheck:
     static: int
     kinematic: int
     reach: float
+
+    __repr__ = brief
 
     @property
     def holds(self) -> bool:

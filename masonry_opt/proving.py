@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_opt.analysis import solve
+from masonry_opt.brief import brief
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.bounds.least import prove_least as prove_least_state
 from masonry_opt.methods.task import Task
@@ -25,6 +26,8 @@ class LeastLoadFactor:
     load_factor: float | None
     proof: Proof | None
     why: str
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         if self.load_factor is None:

@@ -148,7 +148,8 @@ class Result(Outcome):
 
         names: True to write the name of each block into it.
         view: In space, azimuth (from x towards y) and elevation of the viewpoint, in degrees. The default
-            view shows the wider side of the scene, with the mechanism moving towards the viewer.
+            view shows the wider side of the scene, with the live load pushing towards the viewer.
+            ``mo.draw`` has the same default.
 
         Raises
         ------

@@ -80,7 +80,7 @@ _SHARED: dict[str, Any] = {
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
-    "view": typer.Option(metavar="AZIMUTH,ELEVATION", help=_VIEW, parser=_angles),
+    "view": typer.Option(metavar="AZIM,ELEV", help=_VIEW, parser=_angles),
 }
 
 
@@ -189,6 +189,7 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
         default = None
     elif isinstance(default, tuple):
         default = ",".join(map(str, default))
+        info.show_default = default.replace(",", ", ")  # spaces let the help break a long list
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)

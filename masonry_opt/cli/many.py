@@ -24,11 +24,10 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-_VARY = f"{_FORMS} for a number of CASE, {_VARY_EXAMPLE} or arch.thickness=0.3,0.4; may be repeated."
-_SAMPLE = (
-    "In place of --vary: NAME=lognormal:MEAN:DEVIATION (standard deviation, or 15% of the mean), "
-    "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
-)
+#: Help of the option --vary. The forms are in the text above the options, which has room for them.
+_VARY = "Name and values of a number of CASE, as shown above; may be repeated."
+#: Help of the option --sample.
+_SAMPLE = "In place of --vary: name and distribution of a number of CASE, as shown above; may be repeated."
 _SOLVERS = "Also: highs-hipo, and every solver that CVXPY finds, such as osqp or scs."
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
@@ -69,6 +68,12 @@ def _vary(text: str) -> tuple[str, list[float]]:
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
     """Write a table (runs.csv) and charts; with --sample also statistics of the load factor.
+
+    Values: --vary NAME=FROM:TO:COUNT or --vary NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11 or
+    arch.thickness=0.3,0.4.
+
+    Distributions: --sample NAME=lognormal:MEAN:DEVIATION (a standard deviation, or 15% of the mean),
+    NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST.
 
     An interrupted sweep continues where it stopped. Exit code 0: done; 1: no run was solved, and the message
     says why; 130: interrupted; 2: wrong case file, name or option.

@@ -211,15 +211,18 @@ def _movement(result: Outcome) -> str:
 
 
 def heading(result: Outcome) -> str:
-    """Return a line with the load factor, or with the status if there is no load factor."""
+    """Return a line with the load at collapse, or with the status if there is no load factor."""
     if result.load_factor is None:
         movement = _movement(result)
         shows_last_motion = movement and result.status is not Status.UNSTABLE
         drawn = f"; drawn: {movement}" if shows_last_motion else ""
         return f"no load factor ({result.status}){drawn}"
-    line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
+    load_factor = numeral(result.load_factor, ".5f")
+    line = f"collapses at λ = {load_factor} times the live load (method {result.method})"
     tilt = result.tilt_angle
-    return line if tilt is None else f"falls when tilted by {numeral(tilt, '.2f')}°: {line}"
+    if tilt is None:
+        return line
+    return f"falls if the ground is tilted by {numeral(tilt, '.2f')}° (λ = {load_factor}, {result.method})"
 
 
 def _joints(assembly: Assembly) -> Iterable[Marks]:

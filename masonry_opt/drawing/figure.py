@@ -39,9 +39,10 @@ _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes,
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
-#: Largest total number of characters in the labels of a legend with four columns. A longer legend has three
-#: columns.
-_ROW_LENGTH = 60
+#: Largest number of characters in a row of a legend, with ``_SAMPLE_WIDTH`` characters for each sample.
+#: Labels that are longer than a row are divided into lines.
+_ROW_LENGTH = 84
+_SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space beside it, in characters.
 
 _MAX_LETTERS = 8.0  #: Largest size of the letters of block names, in points.
 _LETTER_WIDTH = 0.62  #: Assumed mean width of a letter, relative to the font size.
@@ -165,8 +166,9 @@ def finish(
 
     ``colours`` are the colours of the bar and its label.
     """
-    letters = sum(len(str(handle.get_label())) for handle in handles)
-    columns = 4 if len(handles) <= 4 and letters <= _ROW_LENGTH else 3
+    for handle in handles:
+        handle.set_label(textwrap.fill(str(handle.get_label()), _ROW_LENGTH - _SAMPLE_WIDTH))
+    columns = _legend_columns([str(handle.get_label()) for handle in handles])
     rows = -(-len(handles) // columns)
     lines = [line for note in notes for line in textwrap.wrap(printable(note), _NOTE_LENGTH)]
     axis_labels = _AXIS_LABELS if axes.axison else 0.1
@@ -182,6 +184,20 @@ def finish(
     figure.legend(handles=handles, ncols=columns, frameon=False, borderaxespad=0.0, **place)
     at = _SIDE_MARGIN / width, (below - at_notes) / height
     figure.text(*at, "\n".join(lines), va="top", fontsize=9, parse_math=False)
+
+
+def _legend_columns(labels: list[str]) -> int:
+    """Return the largest number of columns, at most four, with which a legend fits into the picture.
+
+    Matplotlib fills the columns of a legend one after the other, the first columns with one entry more. More
+    than four entries have at most three columns.
+    """
+    for columns in (4, 3, 2) if len(labels) <= 4 else (3, 2):
+        parts = np.array_split(labels, columns)
+        width = sum(max((len(label) for label in part), default=0) + _SAMPLE_WIDTH for part in parts)
+        if width <= _ROW_LENGTH:
+            return columns
+    return 1
 
 
 def handles(marks: list[Marks]) -> list[Handle]:

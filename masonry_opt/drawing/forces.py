@@ -26,9 +26,11 @@ _LONE = 8
 _LARGEST_ARROW_LENGTH = 0.6
 _ALONG = 8  #: Number of intervals between arrows along the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
-#: Height, above the highest block, of a single arrow for many forces, relative to the size of the scene. The
-#: value is large enough for blocks that move upwards.
+#: Height, above the highest block, of a single arrow for many forces in space, relative to the size of the
+#: scene. The value is large enough for blocks that move upwards.
 _SINGLE_ARROW_HEIGHT = 0.16
+#: Distance of a single arrow for many forces in the plane from the blocks, relative to the size of the scene.
+_SINGLE_ARROW_DISTANCE = 0.04
 #: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
 _SINGLE_ARROW_LENGTH = 0.07
 
@@ -55,6 +57,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     yield from fill_marks(assembly, motion)
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
+    rows = 0  # number of single arrows for many forces that are drawn
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -63,7 +66,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
         points, motions = np.empty((0, 2, 2)), np.empty((0, 3))
         is_single = _many_parallel(forces, most_weights if kind == "weight" else most_others)
         if is_single:
-            points, motions = _direction(assembly, forces), np.zeros((1, motion.shape[1]))
+            points, motions = _direction(assembly, forces, rows), np.zeros((1, motion.shape[1]))
+            rows += 1
         elif len(forces.force):
             points, motions = _forces(assembly, forces, motion)
         if pieces:
@@ -85,14 +89,31 @@ def _many_parallel(forces: Forces, most: int) -> bool:
     return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
-def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
-    """Return a single arrow above the blocks in the direction of all forces, shape (1, 2, dim)."""
+def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
+    """Return a single arrow in the direction of all forces of one kind of load, shape (1, 2, dim).
+
+    In the plane the arrow is in the upper corner of the picture from which the live load pushes away, where
+    it covers no moving block. ``row`` is the number of such arrows before it. In space it is above the
+    blocks.
+    """
     total, size = forces.force.sum(axis=0), size_of(assembly)
-    tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
-    tail[-1] += _SINGLE_ARROW_HEIGHT * size
-    # In space the arrow is longer, because it may point towards the viewer.
-    length = _SINGLE_ARROW_LENGTH * (len(tail) - 1) * size
-    return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
+    low, high = assembly.geometry.boxes
+    low, high = low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
+    direction, dimension = total / np.linalg.norm(total), len(high)
+    tail = high.copy()
+    if dimension == 3:
+        tail[-1] += _SINGLE_ARROW_HEIGHT * size
+        # The arrow is longer than in the plane, because it may point towards the viewer.
+        return np.array([[tail, tail + 2 * _SINGLE_ARROW_LENGTH * size * direction]])
+    length, out = _SINGLE_ARROW_LENGTH * size * direction, _SINGLE_ARROW_DISTANCE * size
+    push = assembly.problem.forces(assembly.problem.live).sum(axis=0)
+    tail[0] = low[0] - out - max(length[0], 0.0)
+    if push[0] < 0:
+        tail[0] = high[0] + out - min(length[0], 0.0)
+    tail[1] -= max(length[1], 0.0)
+    # Arrows of several kinds of load are below each other.
+    tail[1] -= row * 2 * _SINGLE_ARROW_LENGTH * size
+    return np.array([[tail, tail + length]])
 
 
 def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -147,7 +147,7 @@ def _space(
 
     The figure includes a still picture, for print and for browsers that cannot draw solids.
     """
-    view = view or best_view(elements)
+    view = view or best_view(elements.assembly)
     rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
     moves: list[dict[str, list[float | None]] | None] = [None] * len(elements.motion)
     for row, block in enumerate(result.assembly.movable if elements.movement else ()):

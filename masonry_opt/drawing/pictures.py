@@ -128,7 +128,7 @@ def elements_picture(
         made = Picture()
         axes = made.add_subplot()
         if elements.assembly.scene.dimension == 3:
-            solids = Solids(axes, elements, marks, share, view or best_view(elements))
+            solids = Solids(axes, elements, marks, share, view or best_view(elements.assembly))
             figure.fit(made, axes)
             solids.draw(names)
             notes = (solids.note, *notes)

@@ -18,6 +18,7 @@ from masonry_opt.drawing.figure import draw_marks, letters_in, points_in_unit, w
 from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import Marks, hatching, movable_box, moved, size_of
 from masonry_opt.errors import OptionError
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import coordinates
@@ -36,8 +37,8 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths of possible default views, in degrees, in order of preference if several are equally good.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the mechanism's motion towards the viewer, relative to the visible width, in the choice of the
-#: default view.
+#: Weight of the live load towards the viewer, relative to the visible width, in the choice of the default
+#: view.
 _TOWARDS = 0.25
 #: Shortest visible piece, in pixels, of a partly hidden line that is drawn; shorter pieces are artefacts of
 #: the depth buffer.
@@ -186,16 +187,18 @@ def axes_of(view: ViewAngles) -> np.ndarray:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def best_view(elements: Elements) -> ViewAngles:
-    """Choose the view that shows the scene's wider side and a mechanism that moves towards the viewer."""
-    low, high = movable_box(elements.assembly)
+def best_view(assembly: Assembly) -> ViewAngles:
+    """Choose the view that shows the scene's wider side, with a live load that pushes towards the viewer.
+
+    The view depends on the scene alone, so that drawings of a scene and of its results have one view.
+    """
+    low, high = movable_box(assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
-    motion, centroid = elements.motion, elements.assembly.geometry.centroid
-    total = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)
+    total = assembly.problem.forces(assembly.problem.live).sum(axis=0)
     direction = total / (np.linalg.norm(total) or 1.0)
 
     def quality(azimuth: float) -> float:
-        """Return the quality of a view: visible width plus weighted motion towards the viewer."""
+        """Return the quality of a view: visible width plus weighted live load towards the viewer."""
         right, _, towards = axes_of((azimuth, 0.0))
         return float(np.abs(right[:2]) @ wide + _TOWARDS * direction @ towards)
 

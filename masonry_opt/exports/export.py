@@ -5,9 +5,8 @@ are written in DIMACS format for SAT solvers. Solids are written by :mod:`.solid
 """
 
 import io
-import re
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -30,7 +29,6 @@ from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.models.pyomo_mpec import PyomoGlobal, PyomoMpec, PyomoRelaxed
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.proving import prove_least
 from masonry_opt.reporting.sentences import by_sides
@@ -122,74 +120,19 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
 #: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: the slack, the row that
 #: defines the slack, the product of slack and rate, and the row paired with the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-_ILLEGAL = r"[^A-Za-z0-9_.]"  #: Characters that some solvers reject in names of LP files.
-#: Largest number of characters of a label. Names in LP and MPS files have at most 255 characters, including
-#: their prefix.
-_LONGEST_LABEL = 200
-#: Name prefixes of the variables ("q") and rows ("compatibility") of a joint, by dimension.
-_JOINT_PREFIXES: dict[int, dict[str, tuple[str, ...]]] = {
-    2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
-    3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
-}
-#: Name prefixes of the variables ("d") and rows ("equilibrium") of a block, by dimension.
-_OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
-    2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
-    3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
-}
-#: Name prefixes of the rocking conditions of a joint, by dimension.
-_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
-#: Name prefixes of the variable and the row of a limited force.
-_OF_LIMITED = {"q": "T", "compatibility": "length"}
 #: Name prefixes of the variables and rows of a yield condition, by component of the program.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Components of the program with a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")
 
 
-def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
-    """Return the labels of joints (in space: contact points), movable blocks and limited forces.
-
-    A label follows the kind in a name: ``[A|ground]``, or in the form ``{A|ground}`` that is legal in LP
-    files. The order is that of the tables of a result.
-    """
-
-    def written(name: str) -> str:
-        return re.sub(_ILLEGAL, "_", name) if legal else name
-
-    joints, names = assembly.joints, [written(block.name) for block in assembly.scene.blocks]
-    ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
-    labels = (
-        (f"{names[first]}|{names[second]}" for first, second in ends),
-        (names[block] for block in assembly.movable),
-        (written(force.name) for force in assembly.limited),
-    )
-    template = "{{{}}}" if legal else "[{}]"
-    return [[template.format(label) for label in unique(of_kind)] for of_kind in labels]
-
-
-def unique(labels: Iterable[str]) -> list[str]:
-    """Return unique labels: repeated labels end in ``~2``, ``~3``, ..., and long labels are cut."""
-    cut = [label[:_LONGEST_LABEL] for label in labels]
-    given, different = {*cut}, dict[str, None]()
-    for label in cut:
-        name, number = label, 1
-        while name in different or (number > 1 and name in given):
-            number += 1
-            name = f"{label}~{number}"
-        different[name] = None
-    return [*different]
-
-
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
     """Return unique names of the variables, rows and objective of a program, keyed by ``id``."""
-    dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
-    faces = [*_faces(assembly.problem, joints, limited)]
+    names = assembly.problem_names(legal)
+    faces = names.conditions
     by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
-    for component, kinds in _JOINT_PREFIXES[dimension].items():
-        by_component[component] = [kind + label for kind in kinds for label in joints]
-        by_component[component] += [_OF_LIMITED[component] + label for label in limited]
-    for component, kinds in _OF_BLOCKS[dimension].items():
-        by_component[component] = [kind + label for label in blocks for kind in kinds]
+    by_component |= {"q": names.forces, "compatibility": names.motions}
+    by_component |= {"d": names.velocities, "equilibrium": names.balances}
     by_component |= {name: [f"{kind}_{face}" for face in faces] for name, kind in _OF_FACES.items()}
     named: list[tuple[object, str]] = []
     kinds_declared = (pyo.Var, pyo.Constraint, pyo.Objective)
@@ -201,20 +144,6 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
             parts = (pair.component(part) for pair in pairs.values())
             named += zip(parts, (f"{kind}_{face}" for face in faces), strict=True)
     return {id(data): name for data, name in named if data is not None}
-
-
-def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[str]:
-    """Yield the names of the yield conditions without prefix, in their order."""
-    senses = range(1, len(problem.layout.senses) + 1)
-    slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
-    motions = [motion for motion in slides for _ in problem.sliding]
-    motions += [motion for motion in _ROCKS[problem.layout.dimension] for _ in range(problem.joints)]
-    chords = range(1, len(CHORDS.slope) + 1)
-    motions += [f"crush_{point}_{chord}" for point in (1, 2) for _ in problem.crushing for chord in chords]
-    for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
-        yield motion + joints[number]
-    yield from (f"least{limited[force]}" for force in problem.table.below)
-    yield from (f"most{limited[force]}" for force in problem.table.above)
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
@@ -365,11 +294,8 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
         proof, why = found.proof, found.why
     if proof is None:
         raise OptionError(f"{path}: clauses come from a proof, and there is none: {why}")
-    joints, _, limited = _labels(assembly, legal=True)
-    faces = [
-        f"variable {number}: {face}"
-        for number, face in enumerate(_faces(assembly.problem, joints, limited), 1)
-    ]
+    conditions = assembly.problem_names(legal=True).conditions
+    faces = [f"variable {number}: {condition}" for number, condition in enumerate(conditions, 1)]
     return _comments("c", [*_header("clauses of a proof", assembly), *faces]) + proof.to_dimacs()
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGING_COLOUR, JOINT, SEPARATING_COLOUR
 from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.marks import Marks
@@ -171,6 +172,8 @@ class Capacity:
     dead: Forces = field(repr=False)
     live: Forces = field(repr=False)
     control: Forces = field(repr=False)
+
+    __repr__ = brief
 
     @property
     def load_factor(self) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import OptionError
 from masonry_opt.reporting.names import labelled
 from masonry_opt.reporting.sentences import numeral
@@ -51,6 +52,8 @@ class KinematicCheck:
     linear: bool
     non_linear: bool
     rests_on: str
+
+    __repr__ = brief
 
     def as_dict(self) -> dict[str, Any]:
         """Return the attributes as a dictionary of plain numbers and text."""

@@ -12,6 +12,7 @@ from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, struts
 from masonry_opt.problem.loads import LoadedPiece, by_component, loaded_pieces, loads, resultants
 from masonry_opt.problem.matrices import Matrices, shares
+from masonry_opt.problem.names import ProblemNames, labels_of, legal_name
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
 from masonry_opt.scene.geometry import Extents
@@ -44,9 +45,27 @@ class Assembly:
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
     limited: tuple[LimitedForce, ...] = ()  #: the limited forces, in the order of their columns of B
 
+    def __repr__(self) -> str:
+        sizes = repr(self.problem).removeprefix("<Problem of ")
+        return f"<Assembly of {self.scene.called!r}:\n {sizes}"
+
     def names(self, blocks: np.ndarray) -> list[str]:
         """Return the names of blocks, given their indices in the scene."""
         return [self.scene.blocks[index].name for index in blocks]
+
+    def problem_names(self, legal: bool = False) -> ProblemNames:
+        """Return the names of the rows and columns of the problem's matrices, such as ``n1[A|ground]``.
+
+        Labels are in the order of the tables of a result. If ``legal`` is True, names are legal in LP files.
+        """
+        blocks = [block.name for block in self.scene.blocks]
+        limited = [force.name for force in self.limited]
+        if legal:
+            blocks, limited = [[legal_name(name) for name in names] for names in (blocks, limited)]
+        ends = zip(self.joints.first[self.joint], self.joints.second[self.joint], strict=True)
+        joints = [f"{blocks[first]}|{blocks[second]}" for first, second in ends]
+        movable = [blocks[index] for index in self.movable]
+        return ProblemNames(self.problem, *(labels_of(names, legal) for names in (joints, movable, limited)))
 
     @property
     def joint(self) -> np.ndarray:

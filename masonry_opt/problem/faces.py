@@ -11,6 +11,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.brief import brief
+
 #: Number of chords on each side of the vertex of the moment parabola. More chords approximate the parabola
 #: better and enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
@@ -138,6 +140,8 @@ class Layout:
     points: ClassVar[int] = 2
     round: ClassVar[bool] = False  #: True if friction is a cone, approximated by a polygon (in space)
     called: ClassVar[str] = "joints"  #: name of the problem's joints in printed results
+
+    __repr__ = brief
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """Return the rates of sliding in each sense, shape (senses, k), that add up to given slips.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import LoadedPiece, along, resultants
@@ -31,6 +32,8 @@ class FilledPiece:
     depth: np.ndarray  #: depth of the ends below the road, shape (2,)
     stress: np.ndarray  #: vertical stress σ of the fill above the ends, shape (2,)
     zone: int = 0  #: zone in which the piece lies: 0 for the fill, 1 for its backing
+
+    __repr__ = brief
 
     @property
     def height(self) -> float:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
@@ -34,8 +35,10 @@ class Sides(_Limited):
         """Return the name of the friction law in results; empty in the plane, which has only one law."""
         return self.layout.word
 
-    def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Return the complementarity error: the energy of joints that slide below their shear limit.
+    def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
+        """Return the complementarity error of each joint: its energy of sliding below the shear limit.
+
+        The shape is (senses, k) for linear conditions and (k,) for a cone.
 
         Parameters
         ----------
@@ -46,7 +49,7 @@ class Sides(_Limited):
         shears : ndarray, shape (shears, k)
             Shear forces.
         """
-        return float(np.abs(z * slides).sum())
+        return np.abs(z * slides)
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
         """Return the slip rate of each joint, shape (k,), given the rates of its senses, shape (senses, k).
@@ -69,10 +72,13 @@ class Cone(Sides):
         """
         return self._limit(n) - np.hypot(*shears)
 
-    def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Return the complementarity error of sliding on the cone; see :meth:`Sides.energy`."""
+    def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
+        """Return the complementarity error of each joint that slides on the cone, shape (k,).
+
+        See :meth:`Sides.energies`.
+        """
         work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
-        return float(np.abs(self._limit(n) * self.speed(slides) - work).sum())
+        return np.abs(self._limit(n) * self.speed(slides) - work)
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
         """Return the magnitude of the slip rate of each joint, shape (k,)."""
@@ -87,8 +93,10 @@ class Chords(_Limited):
 
     word = "chords"
 
-    def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Return the complementarity error: the energy of joints that crush below their strength.
+    def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
+        """Return the complementarity error of each joint: its energy of crushing below the strength.
+
+        The shape is (2, l, chords) for chords and (l,) for the parabola.
 
         Parameters
         ----------
@@ -97,7 +105,7 @@ class Chords(_Limited):
         at_points : ndarray, shape (2, l)
             Normal forces at the points of the joints.
         """
-        return float(np.abs(z * p).sum())
+        return np.abs(z * p)
 
 
 class Parabola(Chords):
@@ -114,14 +122,17 @@ class Parabola(Chords):
         slacks: np.ndarray = self.layout.points * at_points
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
-    def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Return the complementarity error of crushing on the parabola; see :meth:`Chords.energy`."""
+    def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
+        """Return the complementarity error of each joint that crushes by the parabola, shape (l,).
+
+        See :meth:`Chords.energies`.
+        """
         first, second = at_points
         opening = (p.sum(axis=0) * CHORDS.slope).sum(axis=1)
         turning = (p[1] - p[0]).sum(axis=1)
         dissipated = crushing_energy(opening, turning) * self.law.crushing_force
         work = -(first + second) * opening - (second - first) * turning
-        return float(np.abs(dissipated - work).sum())
+        return np.abs(dissipated - work)
 
 
 class Forms(NamedTuple):
@@ -155,6 +166,8 @@ class Law:
     highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
     #: Classes that evaluate friction (polygon or cone) and strength (chords or parabola).
     forms: Forms = BY_FACES
+
+    __repr__ = brief
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:

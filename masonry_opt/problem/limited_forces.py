@@ -12,6 +12,7 @@ from math import inf
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.loads import moment_of, moments_in
 from masonry_opt.scene.geometry import Extents
@@ -38,6 +39,8 @@ class Action:
     #: Additional moment per unit of T, shape (1,), in space (3,); 0 for none.
     couple: np.ndarray | float = 0.0
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class LimitedForce:
@@ -48,6 +51,8 @@ class LimitedForce:
     actions: tuple[Action, ...]  #: its actions on blocks, per unit of T
     lowest: float = -inf  #: lower limit of T
     highest: float = inf  #: upper limit of T
+
+    __repr__ = brief
 
 
 def columns(

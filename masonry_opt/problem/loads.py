@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
@@ -228,6 +229,8 @@ class LoadedPiece:
     kind: Kind  #: "dead" or "live"
     ends: np.ndarray  #: ends of the piece, relative to the geometry's origin, shape (2, 2)
     intensity: np.ndarray  #: force per unit length at both ends, over the whole thickness, shape (2, 2)
+
+    __repr__ = brief
 
 
 def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.faces import FORCE_COMPONENTS, PLANE, Bounded, Faces, Layout, space
 from masonry_opt.problem.limited_forces import LimitedForce, columns
 from masonry_opt.problem.loads import moment_of
@@ -46,6 +47,8 @@ class Matrices:
     layout: Layout = PLANE  #: index conventions of the plane or of space
     limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
+
+    __repr__ = brief
 
     @classmethod
     def of(

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.problem.arguments import per_joint
 from masonry_opt.problem.faces import Faces, Layout
 from masonry_opt.problem.laws import Forms, Law
 from masonry_opt.problem.matrices import Matrices
@@ -150,6 +151,10 @@ class ProblemParts:
         """Return the number of yield conditions."""
         return self.table.count
 
-    def C(self, slope: np.ndarray) -> sp.csr_array:
-        """Return the yield matrix C, shape (faces, 3c + t), for a slope of the shear limits, shape (k,)."""
-        return self.table.C(slope)
+    def C(self, slope: np.ndarray | float) -> sp.csr_array:
+        """Return the yield matrix C, shape (faces, 3c + t), for a slope of the shear limits.
+
+        The slope is a number for all joints that can slide, or an array of shape (k,). Raises OptionError if
+        it is neither.
+        """
+        return self.table.C(per_joint("slope", slope, len(self.sliding)))

@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.brief import brief
+from masonry_opt.errors import counted
+from masonry_opt.problem.arguments import per_joint, vector
 from masonry_opt.problem.faces import CHORDS, chord_rates
 from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
 from masonry_opt.problem.matrices import Matrices
@@ -22,6 +25,8 @@ class State:
     q: np.ndarray  #: joint forces, shape (3c,): n₁ of all joints, then n₂, then s; in space n, then s, then t
     d: np.ndarray  #: velocities vx, vy, ω of each block, shape (3b,), scaled so that f_L·d = Σ|f_L|
     p: np.ndarray  #: rates p ≥ 0 of the yield conditions, shape (faces,)
+
+    __repr__ = brief
 
 
 #: Arrays that are constants of a compiled program. Problems that differ in one of them need another program.
@@ -57,6 +62,12 @@ class Problem(ProblemParts):
     force_unit: float  #: force, in the scene's unit, by which forces are divided
     #: Joint forces under the dead load, shape (3c + t,), at which load histories start; None if unknown.
     settled: np.ndarray | None = None
+
+    def __repr__(self) -> str:
+        height, width = self.B.shape
+        sizes = f"{counted(self.blocks, 'movable block')}, {self.joints} {self.layout.called}"
+        matrices = f"B {height} × {width}, C {self.faces} × {width}"
+        return f"<Problem of {sizes}, {counted(self.matrices.limited, 'limited force')}: {matrices}>"
 
     def same_program(self, other: "Problem") -> bool:
         """Return True if one compiled program serves both problems.
@@ -200,8 +211,11 @@ class Problem(ProblemParts):
         """Return the yield matrix C(μ) for the joints' own friction coefficients, shape (faces, 3c)."""
         return self.C(self.friction)
 
-    def D(self, slope: np.ndarray) -> sp.csr_array:
-        """Return the flow matrix D, shape (3c, faces), for a given opening per unit slip, shape (k,).
+    def D(self, slope: np.ndarray | float) -> sp.csr_array:
+        """Return the flow matrix D, shape (3c, faces), for a given opening per unit slip.
+
+        The slope is a number for all joints that can slide, or an array of shape (k,). Raises OptionError if
+        it is neither.
 
         C = D is normality: if the slope is the friction, the flow is normal to the yield surface. Dᵀ equals
         C, not −C: with the sign of B used here, the resultant forces do the work −c·p on the joint
@@ -254,17 +268,35 @@ class Problem(ProblemParts):
         The rates p have shape (faces,). The sum is the energy of conditions that move without being at yield.
         The sum is zero if complementarity, eq. (8), holds.
         """
+        sliding, crushing, others = self._energies(q, p)
+        return float(sliding.sum()) + float(crushing.sum()) + float(others.sum())
+
+    def energies(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Return the complementarity error of each joint, then of each limited force, shape (c + t,).
+
+        The sum of all entries is :meth:`energy`.
+        """
+        sliding, crushing, others = self._energies(q, p)
+        totals = np.zeros(self.joints + self.matrices.limited)
+        totals[self.sliding] += np.atleast_2d(sliding).sum(axis=0)
+        totals[self.crushing] += crushing if crushing.ndim == 1 else crushing.sum(axis=(0, 2))
+        limits = self.joints + np.append(self.table.below, self.table.above)
+        np.add.at(totals, np.append(self.face_joint, limits).astype(int), others)
+        return totals
+
+    def _energies(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the energies of sliding, of crushing, and of all other yield conditions, shape (faces,)."""
         table = self.table
         z = self.true_yield @ q + self.face_cohesion
         others = np.abs(z * p)
         others[table.slides] = 0.0
         others[table.chords] = 0.0
-        sliding = self.by_friction.energy(self._by_sense(z), self._by_sense(p), *self._of_sliders(q))
+        sliding = self.by_friction.energies(self._by_sense(z), self._by_sense(p), *self._of_sliders(q))
         at_points = self.at_points(q)[:, self.crushing]
-        crushing = 0.0
+        crushing = np.zeros(0)
         if at_points.size:
-            crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points)
-        return sliding + crushing + float(others.sum())
+            crushing = self.by_strength.energies(z[self.bent], p[self.bent], at_points)
+        return sliding, crushing, others
 
     def energy_costs(self, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
         """Return the cost coefficients of λ and of the forces q in λ Σ|f_L| + weight z·p.
@@ -275,7 +307,7 @@ class Problem(ProblemParts):
         """
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
-    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def rates(self, d: np.ndarray, slope: np.ndarray | float) -> np.ndarray:
         """Return the rates p ≥ 0 of the yield conditions in a block motion, by the flow rule, shape (faces,).
 
         Slip determines the sliding rates: in the plane one sense, in space the two senses next to its
@@ -286,10 +318,16 @@ class Problem(ProblemParts):
         ----------
         d : ndarray, shape (3b,)
             Block velocities.
-        slope : ndarray, shape (k,)
-            Opening per unit slip.
+        slope : float, or ndarray of shape (k,)
+            Opening per unit slip, for all joints that can slide or for each of them.
+
+        Raises
+        ------
+        OptionError
+            If the velocities or the slope are not numbers, or have another shape.
         """
-        motion = self.motion(d)
+        slope = per_joint("slope", slope, len(self.sliding))
+        motion = self.motion(vector("d", d, self.B.shape[0], "the velocities of all movable blocks"))
         opening = self.at_points(motion)
         slides = self.layout.rates(self.shears(motion)[:, self.sliding])
         opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
@@ -351,6 +389,8 @@ class ShearLimits:
     slope: np.ndarray  #: shape (k,)
     cohesion: np.ndarray  #: as a force, shape (k,)
 
+    __repr__ = brief
+
     @classmethod
     def true(cls, problem: Problem) -> "ShearLimits":
         """Return the shear limits by the joints' own friction and cohesion.
@@ -371,6 +411,8 @@ class Scaled:
     problem: Problem  #: the problem in the other units
     force: float  #: factor that converts forces of the scaled problem to units of the original problem
     load_factor: float  #: factor that converts λ of the scaled problem to λ of the original problem
+
+    __repr__ = brief
 
     def limits(self, limits: ShearLimits) -> ShearLimits:
         """Convert shear limits of the original problem to the units of the scaled problem."""

@@ -9,6 +9,7 @@ from typing import Any
 from masonry_opt.errors import rounded_up
 from masonry_opt.reporting.names import blocks, pairs
 from masonry_opt.scene.geometry import set_tolerance
+from masonry_opt.solution.typical_units import units_in_words
 
 
 def _rounded(value: float) -> str:
@@ -26,7 +27,8 @@ def weights_differ(v: dict[str, Any]) -> str:
     own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
     quantity = "weight per area" if v["per_area"] else "unit weight"
     own_weight = f"the {quantity} of {blocks(v['blocks'])} is {own}"
-    return f"{own_weight}, but the median of all blocks is {median}: use the same units for all blocks"
+    units = units_in_words(v["ratio"] * v["median"], v["median"])
+    return f"{own_weight}, but the median of all blocks is {median}: {units}use the same units for all blocks"
 
 
 def fill_weight_differs(v: dict[str, Any]) -> str:
@@ -34,7 +36,8 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
     own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
     compared = f"but that of the {v['beside']} is {other}"
-    return f"the unit weight of {fill} is {own}, {compared}: use the same units for both weights"
+    units = units_in_words(v["unit_weight"], v["other"])
+    return f"the unit weight of {fill} is {own}, {compared}: {units}use the same units for both weights"
 
 
 def strength_differs(v: dict[str, Any]) -> str:

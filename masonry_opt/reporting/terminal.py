@@ -141,7 +141,8 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         numeric = is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
-        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
+        # Square brackets in a cell are no markup.
+        table.add_row(*(Text(_cell(str(column), value)) for column, value in record.items()))
     # The width is fixed, so that a table is equal in a pipe, in a file and on a terminal.
     text = io.StringIO()
     Console(file=text, width=150).print(table)

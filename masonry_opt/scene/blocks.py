@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeV
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
 
@@ -115,6 +116,9 @@ class Record(BaseModel, metaclass=_RecordType):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         cls.__signature__ = _Shown()  # type: ignore[assignment]
+
+    __repr__ = brief
+    __str__ = brief
 
     def __dir__(self) -> list[str]:
         return [*dir(type(self)), *type(self).model_fields]

@@ -9,6 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import shapely
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, rounded_up
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.outlines import sides_of
@@ -146,6 +147,8 @@ class Geometry(Extents):
 
     #: A polygon or multipolygon for each block: counter-clockwise, without straight corners.
     polygons: np.ndarray
+
+    __repr__ = brief
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:

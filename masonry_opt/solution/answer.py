@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
@@ -103,6 +104,29 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     return lesser
 
 
+def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> np.ndarray:
+    """Return the unbalanced force of each block over the largest force that acts on it, shape (b,).
+
+    ``unbalanced`` is the residual of equilibrium, shape (3b,); ``acting`` is :func:`largest_acting`. Each
+    moment is converted to a force at the block's longest arm.
+    """
+    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
+    shares: np.ndarray = np.maximum(forces, moments)
+    return shares
+
+
+def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
+    """Return the violation of each yield condition over the force on a block, shape (faces,).
+
+    The violations are −z; a negative entry is no violation. A violation in a joint is divided by the largest
+    force on its less loaded block, that of a limited force by the smallest entry of ``acting``, which is
+    :func:`largest_acting`.
+    """
+    at_faces = of_lesser_block(problem, acting)[problem.face_joint]
+    return np.append(-z[: len(at_faces)] / at_faces, -z[problem.table.limits] / acting.min())
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FinalState:
     """Joint forces and block velocities at the end of a method; each is None if it is not known."""
@@ -112,6 +136,8 @@ class FinalState:
     #: Opening per unit slip according to the flow rule of the velocities, shape (k,).
     slope: np.ndarray | None = None
     forms: Forms = BY_FACES  #: friction and strength laws that limit the forces
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,6 +153,8 @@ class Answer(FinalState):
     slope: np.ndarray  #: opening per unit slip of the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
     residuals: dict[str, float]  #: residuals under the names of their limits in ``Limits``
+
+    __repr__ = brief
 
     def failing(self, kind: Kind) -> dict[str, float | None]:
         """Return the residuals that exceed the limits of a kind of answer."""
@@ -163,21 +191,14 @@ def certified(
     live_work = float(problem.live @ d)
     unbalanced_work = float(np.abs(unbalanced * d).sum())
     acting = largest_acting(problem, load_factor, q)
-    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
-    # Convert each moment to a force that acts at the block's longest arm.
-    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
-    z = problem.slacks(q)
-    at_faces = of_lesser_block(problem, acting)[problem.face_joint]
-    violation = float((-z[: len(at_faces)] / at_faces).max())
-    beyond_limits = float(-z[problem.table.limits].min(initial=inf) / acting.min())
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
         # The live load may do no work if its entries are below the tolerance of the solver; the residual is
         # then infinite.
         "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
-        "block": float(np.maximum(forces, moments).max()),
-        "joint": max(violation, beyond_limits, 0.0),
+        "block": float(unbalanced_shares(problem, unbalanced, acting).max()),
+        "joint": max(float(violation_shares(problem, problem.slacks(q), acting).max()), 0.0),
     }
     return Answer(
         load_factor=float(load_factor) + 0.0,  # turns −0.0 into 0.0
@@ -231,6 +252,8 @@ class InfeasibilityCertificate:
     static_cuts: int = 0
     kinematic_cuts: int = 0
     cut_residual: float = 0.0
+
+    __repr__ = brief
 
     @property
     def proven(self) -> bool:

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from masonry_opt.brief import brief
+
 
 @dataclass(frozen=True)
 class LoadStep:
@@ -23,6 +25,8 @@ class LoadStep:
     d: np.ndarray  #: displacements of the blocks since the dead load, shape (3b,)
     forces: np.ndarray  #: joint forces in the problem's order, shape (3c + t,)
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class LoadHistory:
@@ -32,6 +36,8 @@ class LoadHistory:
     """
 
     steps: tuple[LoadStep, ...] = ()
+
+    __repr__ = brief
 
     @cached_property
     def load_factors(self) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem
@@ -42,6 +43,8 @@ class Size:
     nonzeros: int | None  #: nonzero coefficients of the linear program; None if none was built
     left_out: tuple[str, ...] = ()  #: parts of the scene that were not modelled, each with its reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -83,6 +86,8 @@ class Outcome:
     at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
         None if the incremental load factor is switched off.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
+    q, d: joint forces and block velocities as arrays, in the units of the problem's matrices
+        (``assembly.problem``); see :func:`~masonry_opt.certify`. None if they are not known.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
     bound: lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies. It is that of ``proof``, or
@@ -136,6 +141,19 @@ class Outcome:
     def load_factor(self) -> float | None:
         """Load factor λ; None unless the status is usable."""
         return self.solution.load_factor
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces, one for each column of the matrix B, in the problem's unit; None if unknown.
+
+        :func:`~masonry_opt.certify` explains their order.
+        """
+        return self.solution.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities, one for each row of the matrix B, in the problem's units; None if unknown."""
+        return self.solution.d
 
     @property
     def flow_rule_matters(self) -> bool:

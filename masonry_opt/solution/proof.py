@@ -16,7 +16,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from masonry_opt.errors import CaseError
+from masonry_opt.brief import brief
+from masonry_opt.errors import CaseError, counted
 from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 
 #: Version of the file format. A reader refuses files of other versions.
@@ -40,6 +41,8 @@ class StaticConflict:
     d: np.ndarray  #: multipliers of equilibrium, shape (3b,)
     p: np.ndarray  #: multipliers of the yield conditions, shape (faces,)
 
+    __repr__ = brief
+
     @property
     def clause(self) -> list[int]:
         """Clause in DIMACS numbering, which states that at least one of the conditions does not move."""
@@ -60,6 +63,8 @@ class KinematicConflict:
     load_factor: float  #: multiplier of the live load's work
     weight: float  #: multiplier of the energy balance, zero or more
 
+    __repr__ = brief
+
     @property
     def clause(self) -> list[int]:
         """Clause in DIMACS numbering, which states that at least one of the conditions moves."""
@@ -79,6 +84,8 @@ class EnergyBound:
     d: np.ndarray  #: multipliers of equilibrium, shape (3b,)
     p: np.ndarray  #: multipliers of the yield conditions, shape (faces,)
 
+    __repr__ = brief
+
 
 Conflict = StaticConflict | KinematicConflict
 
@@ -97,6 +104,17 @@ class Proof:
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule a joint slides
     #: in only one sense at a time, so that each pair is one more clause.
     senses: np.ndarray
+
+    def __str__(self) -> str:
+        return (
+            f"no collapse state has a load factor from 0 to {self.bound:.9g}: proof by "
+            f"{counted(len(self.conflicts), 'conflict')} of {self.conditions} yield conditions; "
+            "mo.check_proof verifies it"
+        )
+
+    def __repr__(self) -> str:
+        sizes = f"conditions={self.conditions}, conflicts={len(self.conflicts)}"
+        return f"<Proof bound={self.bound!r}, load_factor={self.load_factor!r}, {sizes}>"
 
     def clauses(self) -> list[list[int]]:
         """Return the clauses of conflicts, then those of the two senses of sliding, in DIMACS numbering."""

@@ -13,6 +13,7 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
+from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
 #: Unusual properties of joints: the code of the warning, the names of the properties, and the test. Friction
@@ -29,8 +30,23 @@ _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
 #: a factor of a thousand; stone and timber differ by a factor of five. A larger value misses mistakes in some
-#: materials.
+#: materials. Below this ratio, unit weights are compared with typical values of masonry and earth.
 _OTHER_UNITS = 300.0
+
+#: Ratio of weights per area above which typical values are compared, if blocks are given by their weights. In
+#: the plane, a smaller ratio may be that of their thicknesses.
+_OTHER_THICKNESS = 50.0
+
+#: Ratio of the strength of a tie or prop, or of a prestress, to the sum of all dead loads above which their
+#: units probably differ. A larger value misses a strength in N beside weights in kN in large scenes.
+_DEAD_LOADS_TO_STRENGTH = 20.0
+
+#: Ratio of a block's weight to the strength of a tie or prop above which the strength is too small to matter.
+_WEIGHT_TO_STRENGTH = 100.0
+
+#: Ratio of the sum of all dead loads to the strength of a tie or prop above which the strength is too small
+#: to matter, if it is also smaller than a fifth of a block's weight.
+_SUM_TO_STRENGTH = 1000.0
 
 #: Ratio of a block's weight to a dead force on the block above which the force is too small to matter. Small
 #: live forces cause no warning, because a live force is often a unit force.
@@ -238,7 +254,11 @@ def _weights(assembly: Assembly) -> list[Reason]:
     most = (_OTHER_UNITS, _OTHER_UNITS)
     has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
     per_area = scene.dimension == 2 and not has_thickness
-    warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
+    by_size = np.array([scene.blocks[index].unit_weight is not None for index in movable]) | (not per_area)
+    differs = by_size | (np.maximum(ratio, 1 / ratio) > _OTHER_THICKNESS)
+    mixed = heavy & differs & in_other_unit(density, median)
+    values = {"median": median, "per_area": per_area}
+    warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, mixed, **values)
     # A light block, such as a jack's plate, may carry a force that is large for itself and small for the
     # other blocks. Such a force is compared with the median weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
@@ -250,7 +270,8 @@ def _weights(assembly: Assembly) -> list[Reason]:
         size = np.hypot.reduce(force, axis=1)
         acts = size > _FORCE_DIFFERENCE_TOLERANCE * weight
         ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
-        warnings += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
+        none = np.zeros(len(ratio), dtype=bool)
+        warnings += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), none, load=name)
     return warnings
 
 
@@ -269,16 +290,22 @@ def _lower_median(values: np.ndarray) -> float:
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about unit weights of fills and backings that suggest a unit other than the blocks'.
 
-    If all blocks are weightless, a backing is compared with its fill.
+    If all blocks are weightless, fills and backings are compared with each other.
     """
     of_blocks = _unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
-    for number, fill in enumerate(assembly.scene.fills, start=1):
-        beside = "blocks" if len(heavy) else "fill"
-        other = _lower_median(heavy) if len(heavy) else fill.unit_weight
+    fills = assembly.scene.fills
+    beside = "blocks" if len(heavy) else "fill"
+    zones = [zone.unit_weight for fill in fills for zone in fill.zones if zone.unit_weight > 0]
+    compared = heavy if len(heavy) else np.array(zones)
+    if not len(compared):
+        return
+    other = _lower_median(compared)
+    for number, fill in enumerate(fills, start=1):
         for zone, backing in zip(fill.zones, (False, True), strict=False):
             ratio = zone.unit_weight / other
-            if not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS:
+            is_extreme = not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS
+            if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
                 values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
 
@@ -291,27 +318,36 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
         return
     median = _lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
+    least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
+    # A small prestress is no mistake: a tie may be tightened by hand.
+    least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}
     for force in assembly.limited:
         if force.role not in (Role.TIE, Role.PROP):
             continue
         named = {"kind": str(force.role), "name": force.name}
         for key, value in (("strength", force.highest), ("prestress", force.lowest)):
-            if np.isfinite(value) and value > _OTHER_UNITS * all_dead:
+            if np.isfinite(value) and value > _DEAD_LOADS_TO_STRENGTH * all_dead:
                 yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=all_dead)
-            elif 0 < value < median / _WEIGHT_TO_FORCE_RATIO:
+            elif 0 < value < least[key]:
                 yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=median)
 
 
 def _differing(
-    assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: object
+    assembly: Assembly,
+    code: Code,
+    ratio: np.ndarray,
+    most: tuple[float, float],
+    others: np.ndarray,
+    **values: object,
 ) -> list[Reason]:
     """Return a reason that names the blocks whose ratio is extreme, with the most extreme first.
 
-    A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``.
+    A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
+    ``others`` is True are named too.
     """
     above, below = most
     deviation = np.abs(np.log(ratio))
     order = np.argsort(-deviation, kind="stable")
-    differ = order[((ratio > above) | (ratio < 1 / below))[order]]
+    differ = order[((ratio > above) | (ratio < 1 / below) | others)[order]]
     names = assembly.names(assembly.movable[differ])
     return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

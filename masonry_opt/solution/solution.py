@@ -6,6 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer, FinalState, InfeasibilityCertificate
@@ -70,6 +71,8 @@ class Solution:
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
     #: Solver of the method that computed this solution, which may differ from the method that the user chose.
     solver: Solver | None = None
+
+    __repr__ = brief
 
     @property
     def q(self) -> np.ndarray | None:

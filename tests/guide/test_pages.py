@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import json
 import os
 import re
 from pathlib import Path
@@ -178,9 +179,10 @@ def test_example_asks_a_question_answers_it_and_shows_it(path):
     assert re.search(r"\.plot\(.*\)$|^figure$", last), "the last expression is the picture"
 
 
-def test_outputs_of_the_notebook_are_not_stored():
+@pytest.mark.parametrize("name", ["notebook", "by_hand"])
+def test_outputs_of_the_notebook_are_not_stored(name):
     nbformat = pytest.importorskip("nbformat")
-    notebook = nbformat.read(DOCS / "notebook.ipynb", as_version=4)
+    notebook = nbformat.read(DOCS / f"{name}.ipynb", as_version=4)
     nbformat.validate(notebook)
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert len(cells) >= 4
@@ -188,6 +190,29 @@ def test_outputs_of_the_notebook_are_not_stored():
 
 
 RECORDS = [ArchRing, *(of for name in mo.__all__ if hasattr(of := getattr(mo, name), "model_fields"))]
+
+
+def test_the_program_finds_the_numbers_by_hand_of_three_blocks(capsys):
+    """The cells assert equality; the lines are those of 0.1 (1 + 2 N) with N = 1/4 and 3/4, and a proof."""
+    notebook = json.loads((DOCS / "by_hand.ipynb").read_text("utf-8"))
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    exec(compile("\n".join(cells), "by_hand.ipynb", "exec"), {})
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[:2] == ["0.15 0.25", "0.25"]
+    assert "λ = 0.15 is an exact collapse state: no residual exceeds its limit" in printed
+    assert printed[-1] == "True"
+
+
+def test_the_gallery_opens_with_examples_for_the_first_questions():
+    header = (DOCS / "gallery" / "GALLERY_HEADER.rst").read_text("utf-8")
+    linked = re.findall(r":doc:`([^`]+)`", header)
+    assert [header.index(question) for question in ("stand?", "collapse?", "worst?", "answer?")] == sorted(
+        header.index(question) for question in ("stand?", "collapse?", "worst?", "answer?")
+    )
+    assert len(linked) >= 4
+    for name in linked:
+        paths = [DOCS / "gallery" / f"{name}.py", DOCS / "gallery" / f"{name}.ipynb"]
+        assert any(path.resolve().is_file() for path in paths), name
 
 
 @pytest.fixture

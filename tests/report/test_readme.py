@@ -50,14 +50,31 @@ MEASURED = Path(__file__).parents[2] / "benchmarks" / "README.md"
 BEST_KNOWN = re.search(r"<!-- best known -->\n(.*?)<!-- /", MEASURED.read_text("utf-8"), re.DOTALL)[1]
 
 
-@pytest.mark.parametrize("example", re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE))
-def test_an_example_finds_the_published_load_factor(example, tmp_path, monkeypatch):
-    (tmp_path / "cases").symlink_to(CASES)
-    monkeypatch.chdir(tmp_path)
+EXAMPLES = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def printed_by(example, folder, monkeypatch):
+    """Standard output of an example of the page, run beside the cases."""
+    (folder / "cases").symlink_to(CASES)
+    monkeypatch.chdir(folder)
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         exec(compile(example, "solver_people.md", "exec"), {})
-    assert out.getvalue() == "0.64286\n"
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("example", EXAMPLES[:-1])
+def test_an_example_finds_the_published_load_factor(example, tmp_path, monkeypatch):
+    assert printed_by(example, tmp_path, monkeypatch) == "0.64286\n"
+
+
+def test_the_example_certifies_as_the_page_shows(tmp_path, monkeypatch):
+    """Every printed line but those of residuals, which are rounding errors."""
+    (shown,) = re.findall(r"^```text\n(λ = .*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+    first, last = (part.splitlines() for part in shown.split("...\n"))
+    printed = printed_by(EXAMPLES[-1], tmp_path, monkeypatch).splitlines()
+    assert printed[:3] == first[:3]
+    assert printed[-2:] == last
 
 
 def test_best_known_values_are_those_of_the_registry():

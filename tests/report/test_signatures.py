@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from scenes import run_command
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
@@ -90,7 +91,7 @@ def test_what_the_signature_does_not_take_is_refused(wrong):
 
 def test_help_is_the_first_sentence_of_the_docstring_and_the_default_the_functions():
     told = run("--help")[0].stdout
-    words = ("Of width to height, see solve.", "1.5", "How many there are.", "here", "1.0,2.0", "Coulomb")
+    words = ("Of width to height, see solve.", "1.5", "How many there are.", "here", "1.0, 2.0", "Coulomb")
     assert all(word in told for word in words)
     assert not any(words in told for words in ("Whatever", "Not which", "progress", "scene"))
 
@@ -100,3 +101,14 @@ def test_every_option_of_every_command_says_what_it_is(name):
     found = load(name)
     assert found.help.startswith(COMMANDS[name])
     assert all(option.help for option in found.params)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsys):
+    """Rich cuts words that are wider than their column, and marks the cut by dots."""
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
+    exit_code, told, _ = run_command(monkeypatch, capsys, name, "--help")
+    assert exit_code == 0
+    assert "--help" in told
+    assert "…" not in told
+    assert max(map(len, told.splitlines())) <= 80

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
@@ -89,6 +90,8 @@ class Joints:
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
+
+    __repr__ = brief
 
     @cached_property
     def first_point(self) -> np.ndarray:

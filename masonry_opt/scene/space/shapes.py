@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
 from masonry_opt.scene.rows import bounds, chunks, combine, dots, following, lengths, sums
 from masonry_opt.scene.scene import Scene
@@ -142,6 +143,8 @@ class Shapes(Extents):
     inside = 0.999
     mortar = 0.2
     enough = 100  # each overlap takes a linear program
+
+    __repr__ = brief
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:

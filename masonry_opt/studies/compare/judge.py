@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
@@ -349,6 +350,8 @@ class Comparison:
     warnings: tuple[str, ...] = ()  #: sentences on damaged lines of the journal and on unusual inputs
     #: Paths of the written files: tables, charts and the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
+
+    __repr__ = brief
 
     @property
     def told(self) -> pd.DataFrame:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, save_as, style
@@ -59,6 +60,8 @@ class Crossing(StudyAnswer):
     left_out: tuple[str, ...] = ()
     default: Result | None = field(default=None, repr=False)
     no_default: str = field(default="", repr=False)
+
+    __repr__ = brief
 
     @property
     def load_factor(self) -> float | None:

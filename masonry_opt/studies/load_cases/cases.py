@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import prepare
+from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import AT_REST, BLACK, SERIES, VERMILION
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
@@ -58,6 +59,8 @@ class Cases(StudyAnswer):
     results: Mapping[str, Result]
     left_out: tuple[str, ...] = ()
     what: ClassVar[str] = "load case"
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         return self.summary

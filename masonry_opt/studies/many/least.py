@@ -16,6 +16,7 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
+from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
@@ -54,6 +55,8 @@ class Trial:
     result: Result = field(repr=False)  #: state and mechanism: see :class:`~.standing.DeadLoadMargin`
     certificate: Certificate | None = field(repr=False)  #: residuals of a finite ``number``
 
+    __repr__ = brief
+
     @property
     def name(self) -> str:
         """Name of the load factor in ``number``; "associative" if the method found no load factor."""
@@ -84,6 +87,8 @@ class Threshold(StudyAnswer):
     jump: tuple[float, float] | None
     contradictions: tuple[float, ...]
     trials: tuple[Trial, ...] = field(repr=False)
+
+    __repr__ = brief
 
     @property
     def interval(self) -> tuple[float, float]:

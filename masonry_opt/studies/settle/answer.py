@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import BLACK
 from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture, save_as
@@ -63,6 +64,8 @@ class Bound:
     with_associative: Result = field(repr=False)
     start: float = field(repr=False)
     per_load_factor: float = field(repr=False)
+
+    __repr__ = brief
 
     @property
     def answered_by(self) -> str | None:
@@ -206,6 +209,8 @@ class Settlement(StudyAnswer):
     greatest: Bound | None = None
     fallen: Result | None = field(default=None, repr=False)
     assembly: Assembly = field(repr=False, compare=False)
+
+    __repr__ = brief
 
     @property
     def ends(self) -> dict[str, Bound]:

@@ -13,15 +13,26 @@ from drawn import solved
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.quiver import Quiver
-from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging, pressed_down, two_blocks
+from scenes import (
+    CASES,
+    WALLS,
+    block_on_floor,
+    on_a_corner,
+    overhanging,
+    pressed_down,
+    small_wall,
+    two_blocks,
+)
 
 import masonry_opt
 import masonry_opt as mo
 from masonry_opt.drawing import colours
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.drawing.elements import PICTURE_KINDS, START, legend, result_elements
+from masonry_opt.drawing.elements import PICTURE_KINDS, START, legend, result_elements, scene_elements
+from masonry_opt.drawing.figure import _legend_columns
 from masonry_opt.drawing.page import page
 from masonry_opt.drawing.svg import Canvas
+from masonry_opt.problem.assembly import assemble
 
 BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-", "HTML": b"<!doctype html"}
 
@@ -261,3 +272,31 @@ def test_a_notebook_shows_a_picture_that_clashes_with_no_other():
     assert not re.findall(r"\bid=|<style|<script|url\(", text)
     assert "λ = 0.5" in text
     assert result.plot().source() in text
+
+
+@pytest.mark.parametrize(("push", "is_left"), [(1.0, True), (-1.0, False)])
+def test_the_arrow_of_all_weights_is_in_the_corner_that_the_live_load_leaves(push, is_left):
+    """Forty blocks, whose weights are one arrow: beside the blocks, and not above them."""
+    wall = small_wall(10, 4)
+    blocks = [
+        block if block.fixed else block.replace(live_per_weight=(push, 0.0), live=(0.0, 0.0))
+        for block in wall.blocks
+    ]
+    elements = scene_elements(assemble(wall.replace(blocks=blocks)))
+    (arrow,) = [marks for marks in elements.loads if marks.label == "direction of all weights"]
+    corners = np.concatenate([block.corners() for block in wall.blocks if not block.fixed])
+    corners = corners - elements.assembly.geometry.origin
+    points = arrow.points.reshape(-1, 2)
+    assert points[:, 1].max() <= corners[:, 1].max()
+    assert bool(points[:, 0].max() < corners[:, 0].min()) is is_left
+    assert bool(points[:, 0].min() > corners[:, 0].max()) is not is_left
+
+
+@pytest.mark.parametrize("count", [1, 3, 4, 5, 7])
+@pytest.mark.parametrize("length", [4, 20, 70])
+def test_a_legend_fits_into_the_picture(count, length):
+    """The columns of labels and samples are at most 84 characters wide, if one label fits."""
+    columns = _legend_columns(["x" * length] * count)
+    assert columns == 1 or min(columns, count) * (length + 7) <= 84
+    if length == 4:
+        assert columns >= min(count, 3)

@@ -112,10 +112,19 @@ def test_what_blocks_hide_is_hidden_and_nothing_else(view):
     assert not found[hidden].any()
 
 
+def test_a_scene_and_its_results_are_drawn_from_one_view():
+    """Pushed askew along the wider side, the box slides; the view is that of the load, and of the drawing."""
+    scene = box_on_floor((4.0, 1.0, 4.0), live=(1.0, 0.4, 0.0))
+    result = mo.solve(scene, "static")
+    pictures = [mo.draw(scene), *(result.plot(kind) for kind in PICTURE_KINDS)]
+    views = {re.search("seen from .*", picture.texts[0].get_text())[0] for picture in pictures}
+    assert len(views) == 1
+
+
 def test_the_view_is_of_the_wider_side_and_what_comes_nearer():
     for push in ((0, -1, 0), (0, 1, 0)):
         scene = box_on_floor((4.0, 1.0, 4.0), live=push)
-        azimuth, _ = best_view(result_elements(mo.solve(scene, "static")))
+        azimuth, _ = best_view(mo.assemble(scene))
         towards = axes_of((azimuth, 0))[2]
         assert abs(towards[1]) > abs(towards[0])
         assert towards @ push > 0

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 from atlas.small_scenes import rectangle
 from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_blocks
@@ -295,7 +296,7 @@ def test_a_warning_of_units_names_both_values():
     (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
     assert sentence == (
         "the unit weight of fill no. 1 is 18000, but that of the blocks is 22: "
-        "use the same units for both weights"
+        "these look like N/m³ and kN/m³ (1 kN/m³ is 1000 N/m³); use the same units for both weights"
     )
     (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
     assert sentence == (
@@ -314,21 +315,116 @@ def tied(strength, weight, prestress=0.0):
 @pytest.mark.parametrize(
     ("strength", "prestress", "expected"),
     [
-        (1 / 2999, 0.0, []),
-        (1 / 3001, 0.0, [("strength", 1 / 3001, 1.0)]),
-        (599.0, 0.0, []),
-        (601.0, 0.0, [("strength", 601.0, 2.0)]),
+        (1 / 99, 0.0, []),
+        (1 / 101, 0.0, [("strength", 1 / 101, 1.0)]),
+        (39.0, 0.0, []),
+        (41.0, 0.0, [("strength", 41.0, 2.0)]),
         (None, 0.0, []),
-        (None, 601.0, [("prestress", 601.0, 2.0)]),
+        (None, 41.0, [("prestress", 41.0, 2.0)]),
+        (1.0, 1 / 2999, []),
         (1.0, 1 / 3001, [("prestress", 1 / 3001, 1.0)]),
     ],
 )
 def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
-    """Beside two blocks of weight 1: less than 1/3000 of one, or more than 300 times both."""
+    """Beside two blocks of weight 1: a strength below 1/100 of one, a prestress below 1/3000 of one, or
+    either above 20 times both."""
     found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
     assert [(values["key"], values["value"], values["weight"]) for values in found] == [
         (key, value, pytest.approx(weight)) for key, value, weight in expected
     ]
+
+
+def arch_with_a_rod(strength, unit_weight):
+    """Fourteen stones of 0.4 m by about 0.35 m between abutments, tied at the springings by a rod in force
+    units of its own: stones weigh about 3 kN, all of them 43 kN, at 22 kN/m³."""
+    arch = mo.Arch(span=4.0, rise=2.0, thickness=0.4, voussoirs=14, unit_weight=unit_weight)
+    blocks = arch.blocks()
+    ends = [blocks[1].name, blocks[-2].name]
+    middles = [tuple(np.mean(block.vertices, axis=0)) for block in (blocks[1], blocks[-2])]
+    rod = mo.Tie(between=ends, at=middles, strength=strength)
+    live = [mo.Load(block=blocks[5].name, live=(0, -1))]
+    return mo.Scene(joints={"friction": 0.6}, blocks=blocks, ties=[rod], loads=live)
+
+
+@pytest.mark.parametrize(
+    ("strength", "unit_weight", "told"),
+    [(30.0, 22.0, False), (30e3, 22.0, True), (30.0, 22e3, True), (30e3, 22e3, False), (3e3, 2.2e3, False)],
+)
+def test_a_rod_of_30_kn_in_newtons_or_kilonewtons(strength, unit_weight, told):
+    """The last row is 30 kN as 3 t, in kg, beside weights in kg."""
+    assert bool(warned(arch_with_a_rod(strength, unit_weight), Code.STRENGTH_DIFFERS)) is told
+
+
+#: Unit weights beside 22, or beside the last number, with the units that the warning names.
+BESIDE = [
+    (2200.0, 22.0, "kg/m³ and kN/m³"),
+    (22000.0, 22.0, "N/m³ and kN/m³"),
+    (2.2, 22.0, "t/m³ and kN/m³"),
+    (22.0, 2200.0, "kN/m³ and kg/m³"),
+    (22.0, 22000.0, "kN/m³ and N/m³"),
+    (2200.0, 22000.0, "kg/m³ and N/m³"),
+    (1800.0, 25.0, "kg/m³ and kN/m³"),
+    (2500.0, 16.0, "kg/m³ and kN/m³"),
+    (18.0, 22.0, None),
+    (5.0, 27.0, None),  # timber
+    (78.5, 22.0, None),  # steel
+    (0.2, 22.0, None),  # expanded polystyrene
+    (140.0, 160.0, None),  # pounds per cubic foot
+    (1.6, 2.2, None),  # tonnes
+]
+
+
+@pytest.mark.parametrize(("own", "other", "units"), BESIDE)
+@pytest.mark.parametrize(
+    "shaped", [lambda scene: scene, lambda scene: scene.replace(thickness=0.5), mo.extrude]
+)
+def test_unit_weights_beside_each_other(own, other, units, shaped):
+    """One block of four; in the plane, with a thickness, and in space."""
+    cubes = [mo.Block(name=f"{n}", vertices=square(2 * n), unit_weight=other) for n in range(3)]
+    cubes += [mo.Block(name="own", vertices=square(7), unit_weight=own, live=(1, 0))]
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (9, -1), (9, 0), (-1, 0)], fixed=True)
+    scene = shaped(mo.Scene(joints={"friction": 0.5}, blocks=[*cubes, floor]))
+    found = [each for each in warnings_of(assemble(scene), None) if each.code is Code.WEIGHTS_DIFFER]
+    assert [each.values["blocks"] for each in found] == ([["own"]] if units else [])
+    if units:
+        (sentence,) = sentences(found)
+        assert f"block 'own' is {own:g}, but the median of all blocks is {other:g}: " in sentence
+        assert f"these look like {units} (1 kN/m³ is " in sentence
+
+
+@pytest.mark.parametrize(("own", "other", "units"), BESIDE)
+@pytest.mark.parametrize("backing", [False, True])
+def test_unit_weights_of_fill_beside_blocks(own, other, units, backing):
+    zones = (other, own) if backing else (own, other)
+    found = warnings_of(assemble(filled(*zones, other)), None)
+    assert [(each.code, each.values["backing"]) for each in found] == (
+        [(Code.FILL_WEIGHT_DIFFERS, backing)] if units else []
+    )
+    if units:
+        assert f"these look like {units} " in sentences(found)[0]
+
+
+def test_unit_weights_of_fills_beside_each_other():
+    """Above weightless blocks, the second of three fills is in kg/m³."""
+    blocks = [mo.Block(name=f"{n}", vertices=square(2 * n), weight=0) for n in range(3)]
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (7, -1), (7, 0), (-1, 0)], fixed=True)
+    fills = [
+        mo.Fill(road=[(2 * n, 3), (2 * n + 1, 3)], unit_weight=weight, pressure=False)
+        for n, weight in enumerate([18.0, 1800.0, 19.0])
+    ]
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, floor], fills=fills)
+    found = warned(scene.replace(loads=[mo.Load(block="0", live=(1, 0))]), Code.FILL_WEIGHT_DIFFERS)
+    assert [(values["fill"], values["beside"], values["other"]) for values in found] == [(2, "fill", 19.0)]
+
+
+def test_weights_in_the_plane_may_differ_by_thicknesses():
+    """Weights per area of 2 and 22 are those of walls 0.1 and 1 thick; 2200 is a mistake for either."""
+    assert warned(row(22, 22, 2, live=(1, 0)), Code.WEIGHTS_DIFFER) == []
+    assert [values["blocks"] for values in warned(row(22, 22, 2200, live=(1, 0)), Code.WEIGHTS_DIFFER)] == [
+        ["2"]
+    ]
+    given = row(22, 22, 2, live=(1, 0)).replace(thickness=1.0)
+    assert [values["blocks"] for values in warned(given, Code.WEIGHTS_DIFFER)] == [["2"]]
 
 
 @pytest.mark.parametrize("method", ["static", "coulomb"])

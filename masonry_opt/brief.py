@@ -1,0 +1,71 @@
+"""Short texts of records for the prompt of Python: at most one line, whatever a record contains."""
+
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Any
+
+#: Largest number of characters of a value in the text of a record. A longer value is shown by its kind.
+_LONGEST_VALUE = 60
+
+#: Largest number of characters of the values of a record. Further values are replaced by "...".
+_LONGEST_TEXT = 240
+
+
+def brief(record: Any) -> str:
+    """Return the class and the values of a dataclass or of a record of a scene, in one short line.
+
+    Values that equal their defaults are left out. Arrays, tables and long lists are shown by their sizes,
+    records within a record by their class. A class uses this function by ``__repr__ = brief``.
+    """
+    shown, length = [], 0
+    for name, value in _values(record):
+        text = f"{name}={_short(value)}"
+        length += len(text)
+        if length > _LONGEST_TEXT:
+            shown.append("...")
+            break
+        shown.append(text)
+    return f"{type(record).__name__}({', '.join(shown)})"
+
+
+def _values(record: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the names and values of a record that are shown: those that differ from their defaults."""
+    if is_dataclass(record):
+        for field in fields(record):
+            value = getattr(record, field.name, None)
+            is_default = field.default is not MISSING and value is field.default
+            if field.repr and not is_default:
+                yield field.name, value
+        return
+    model = type(record).model_fields
+    for name in model:
+        if name in record.model_fields_set and model[name].repr:
+            yield name, getattr(record, name)
+
+
+def _short(value: Any) -> str:
+    """Return a value as text of at most ``_LONGEST_VALUE`` characters; large values by their sizes."""
+    shape = getattr(value, "shape", None)
+    if shape:
+        return f"<{type(value).__name__} of shape {shape}>"
+    if is_dataclass(value) or hasattr(value, "model_fields"):
+        return f"<{type(value).__name__}>"
+    if isinstance(value, str):
+        return repr(value) if len(value) < _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
+    if isinstance(value, Sequence | Mapping | Set):
+        # Nested records and arrays make a short list long, so that only lists of plain values are written.
+        text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""
+        return text if 0 < len(text) <= _LONGEST_VALUE else f"<{type(value).__name__} of {len(value)}>"
+    text = repr(value)
+    if len(text) > _LONGEST_VALUE or "\n" in text:
+        return f"<{type(value).__name__}>"
+    return text
+
+
+def _is_plain(values: Any) -> bool:
+    """Return True if nested lists consist of numbers, texts, True, False and None alone."""
+    if isinstance(values, Mapping):
+        return _is_plain(list(values.values()))
+    if isinstance(values, list | tuple):
+        return all(_is_plain(value) for value in values)
+    return values is None or isinstance(values, str | int | float)

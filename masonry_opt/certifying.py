@@ -1,0 +1,293 @@
+"""Function ``certify``: the residuals of a collapse state that a user brings, computed from the matrices."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from masonry_opt.analysis import NO_WORK, refuse_without_live_load
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.problem.arguments import vector
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.names import ProblemNames
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.acceptance import LIMITS, Kind
+from masonry_opt.solution.answer import (
+    Answer,
+    Certificate,
+    certified,
+    largest_acting,
+    unbalanced_shares,
+    violation_shares,
+)
+from masonry_opt.solution.thresholds import ZERO
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Laws of friction that a state can be compared with, as values of the argument ``friction``.
+_FRICTION_LAWS = ("cone", "polygon")
+
+#: Laws of crushing that a state can be compared with, as values of the argument ``crushing``.
+_CRUSHING_LAWS = ("chords", "parabola")
+
+
+@dataclass(frozen=True, eq=False)
+class StateCheck:
+    """Residuals of a state: load factor λ, joint forces q and block velocities d.
+
+    All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
+    consist of a kind and blocks, such as ``n1[A|ground]``.
+
+    Attributes
+    ----------
+    exact: True if no residual exceeds its limit: the state is an exact collapse state.
+    load_factor: the load factor λ.
+    certificate: residuals of the scene as a whole.
+    table: one row for each residual, with columns ``residual``, ``value``, ``limit``, ``passed``, and
+        ``largest_at``, the name of the row, column, yield condition, joint or block that has the largest one.
+    rows: one row for each equation of equilibrium. Columns are ``name``, the terms ``joints`` (B q), ``live``
+        (λ f_L) and ``dead`` (f_D), their sum ``unbalanced``, the ``velocity`` d and its name ``of_velocity``.
+    columns: one row for each joint force. Columns are ``name``, ``force`` (q), ``of_motion``, ``motion``
+        (Bᵀd), ``flow`` (D p) and their difference ``departure``.
+    conditions: one row for each yield condition. Columns are ``name``, ``slack`` (z) and ``rate`` (p).
+    """
+
+    assembly: Assembly
+    q: np.ndarray  #: joint forces, as passed
+    #: The state in the problem of the next attribute, with its residuals.
+    answer: Answer
+    #: Problem by which the state is certified: that of the scene, or an equivalent one in which the dead load
+    #: drives the mechanism, if the live load does no work.
+    problem: Problem
+
+    @property
+    def exact(self) -> bool:
+        """True if no residual exceeds its limit."""
+        return self.answer.exact
+
+    @property
+    def load_factor(self) -> float:
+        """Load factor λ of the state."""
+        return self.answer.load_factor
+
+    @property
+    def certificate(self) -> Certificate:
+        """Residuals of the scene as a whole."""
+        return self.answer.certificate
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """Table with one row for each residual, its limit, and where it is largest."""
+        import pandas as pd
+
+        limits, largest_at = LIMITS[Kind.EXACT].as_dict(), self._largest_at()
+        failing = self.answer.failing(Kind.EXACT)
+        return pd.DataFrame(
+            {
+                "residual": name,
+                "value": value + 0.0,  # turns −0.0 into 0.0
+                "limit": limits[name],
+                "passed": name not in failing,
+                "largest_at": largest_at[name] if value else "",
+            }
+            for name, value in self.answer.residuals.items()
+        )
+
+    @cached_property
+    def rows(self) -> "pd.DataFrame":
+        """Table with one row for each equation of equilibrium, eq. (1)."""
+        import pandas as pd
+
+        problem, q = self._scene_problem, self.q
+        terms = {
+            "joints": problem.B @ q,
+            "live": self.load_factor * problem.live,
+            "dead": problem.dead,
+            "unbalanced": problem.unbalanced(self.load_factor, q),
+        }
+        velocities = {"of_velocity": self._names.velocities, "velocity": self.answer.d}
+        return pd.DataFrame({"name": self._names.balances, **terms, **velocities})
+
+    @cached_property
+    def columns(self) -> "pd.DataFrame":
+        """Table with one row for each joint force and its motion, eqs (2) and (5)."""
+        import pandas as pd
+
+        motion, departure = self.problem.motion(self.answer.d), self._departure
+        motions = {"of_motion": self._names.motions, "motion": motion, "flow": motion - departure}
+        return pd.DataFrame({"name": self._names.forces, "force": self.q, **motions, "departure": departure})
+
+    @cached_property
+    def conditions(self) -> "pd.DataFrame":
+        """Table with one row for each yield condition, eq. (4): its slack and its rate."""
+        import pandas as pd
+
+        slacks = self._scene_problem.slacks(self.q)
+        return pd.DataFrame({"name": self._names.conditions, "slack": slacks, "rate": self._rates})
+
+    def __str__(self) -> str:
+        from masonry_opt.reporting.terminal import frame_text
+
+        failing = self.table[~self.table["passed"]]
+        verdict = "an exact collapse state: no residual exceeds its limit"
+        if len(failing):
+            faults = ", ".join(f"{row.residual} {row.value:.1e}" for row in failing.itertuples())
+            verdict = f"NOT an exact collapse state: {faults}"
+        shown = self.table.assign(value=self.table["value"].map("{:.1e}".format))
+        shown = shown.assign(limit=shown["limit"].map("{:.0e}".format))
+        table = frame_text(shown, "residuals (0 is exact)")
+        return printable(f"λ = {self.load_factor:.6g} is {verdict}\n\n{table}").rstrip("\n")
+
+    def __repr__(self) -> str:
+        worst = max(self.answer.residuals.values())
+        scene = self.assembly.scene.called
+        return (
+            f"<StateCheck of {scene!r}: λ = {self.load_factor:.6g}, exact: {self.exact}, worst {worst:.1e}>"
+        )
+
+    @property
+    def _scene_problem(self) -> Problem:
+        """Problem of the scene, with the laws of the state."""
+        return self.assembly.problem.by(self.answer.forms)
+
+    @cached_property
+    def _names(self) -> ProblemNames:
+        return self.assembly.problem_names()
+
+    @cached_property
+    def _rates(self) -> np.ndarray:
+        return self.problem.rates(self.answer.d, self.answer.slope)
+
+    @cached_property
+    def _departure(self) -> np.ndarray:
+        return self.problem.departure(self.answer.d, self._rates, self.answer.slope)
+
+    def _largest_at(self) -> dict[str, str]:
+        """Return the name of the place at which each residual is largest."""
+        problem, answer, names = self.problem, self.answer, self._names
+        unbalanced = problem.unbalanced(answer.load_factor, answer.q)
+        acting = largest_acting(problem, answer.load_factor, answer.q)
+        slacks = problem.slacks(answer.q)
+        energies = problem.energies(answer.q, self._rates / problem.steep)
+        work = np.abs(unbalanced * answer.d)
+        does_work = np.isfinite(answer.residuals["work"])
+        at_work = names.balances[int(work.argmax())]
+        return {
+            "equilibrium": names.balances[int(np.abs(unbalanced).argmax())],
+            "yield": names.conditions[int(slacks.argmin())],
+            "flow": names.motions[int(np.abs(self._departure).argmax())],
+            "complementarity": (names.joints + names.limited)[int(energies.argmax())][1:-1],
+            "work": at_work if does_work else "d: the loads do no positive work",
+            "block": names.blocks[int(unbalanced_shares(problem, unbalanced, acting).argmax())][1:-1],
+            "joint": names.conditions[int(violation_shares(problem, slacks, acting).argmax())],
+        }
+
+
+def certify(  # noqa: PLR0913 - options of the public API are keywords
+    scene: Scene | Assembly | str | Path,
+    load_factor: float,
+    q: Any,
+    d: Any,
+    *,
+    associative: bool = False,
+    friction: str = "cone",
+    crushing: str = "chords",
+    load_case: str | None = None,
+) -> StateCheck:
+    """Compute the residuals of a collapse state that another program found.
+
+    A state is an exact collapse state if equilibrium, yield conditions, flow rule and complementarity hold,
+    each within the limit of exact answers of this package. ``result.load_factor``, ``result.q`` and
+    ``result.d`` of a result can be certified too.
+
+    Parameters
+    ----------
+    scene: A scene, the path of a case file, or the assembly of a scene (``mo.assemble``).
+    load_factor: The load factor λ.
+    q: Joint forces, one for each column of ``mo.assemble(scene).problem.B``, in its unit of force
+        ``force_unit``. In the plane these are n₁ of all joints, then n₂, then s, then forces of ties, props
+        and earth. The columns are named by ``mo.assemble(scene).problem_names().forces``.
+    d: Block velocities, one for each row of B: vx, vy, ω of each movable block, with ω times the unit of
+        length, ``length_unit``. Only their ratios matter.
+    associative: True for associative flow; by default each joint has its own dilatancy.
+    friction: Law of friction in space: "cone", or the "polygon" inside the cone.
+    crushing: Law of joints of limited strength: "chords" inside the parabola, or the "parabola".
+    load_case: Name of a load case of the scene; needed if the scene has load cases.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong, or no block carries a live load.
+    OptionError
+        If the load factor is not a finite number, or if forces or velocities have another number of entries
+        or an entry that is not finite. If a law or the load case is unknown.
+    """
+    assembly = scene if isinstance(scene, Assembly) else assemble(as_scene(scene, load_case))
+    assembly.scene.refuse_without_case()
+    refuse_without_live_load(assembly)
+    load_factor = _finite_number(load_factor)
+    problem = _with_laws(assembly.problem, friction, crushing)
+    names = assembly.problem_names()
+    height, width = problem.B.shape
+    q = _finite("q", vector("q", q, width, "one joint force for each column of B"), names.forces)
+    d = _finite("d", vector("d", d, height, "one velocity for each row of B"), names.velocities)
+    driven, forces = _driven(problem, load_factor, q, d)
+    slope = problem.friction if associative else problem.dilatancy_at(problem.normal_forces(q))
+    answer = certified(driven, load_factor, forces, d, slope)
+    return StateCheck(assembly, q, answer, driven)
+
+
+def _finite_number(load_factor: Any) -> float:
+    """Return a load factor. Raises OptionError if it is not a finite number."""
+    is_number = isinstance(load_factor, int | float | np.number) and not isinstance(load_factor, bool)
+    if not (is_number and np.isfinite(load_factor)):
+        raise OptionError(f"load_factor must be a finite number (found {load_factor!r})")
+    return float(load_factor)
+
+
+def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
+    """Return an array. Raises OptionError, which names the first entry that is not finite."""
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        row = int(wrong[0])
+        raise OptionError(
+            f"{argument} must have finite numbers: entry no. {row}, {names[row]}, is {values[row]}"
+        )
+    return values
+
+
+def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
+    """Return a problem with the named laws of friction and crushing, as far as its joints have these laws.
+
+    Raises OptionError if there is no law of such a name.
+    """
+    for argument, name, known in (
+        ("friction", friction, _FRICTION_LAWS),
+        ("crushing", crushing, _CRUSHING_LAWS),
+    ):
+        if name not in known:
+            raise OptionError(f"{argument} must be {' or '.join(map(repr, known))} (found {name!r})")
+    by_law = problem.by_cone if friction == "cone" else problem
+    return by_law.by_parabola if crushing == "parabola" else by_law
+
+
+def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
+    """Return an equivalent problem whose live load does work in a mechanism, and the forces in it.
+
+    If the live load does no work in the mechanism, dead load and live load are exchanged. The loads at λ are
+    the same, and energies are then divided by the work of the dead load. The lowest forces of ties, props and
+    earth count as dead load.
+    """
+    sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
+    if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:
+        return problem, q
+    constant = problem.with_lowest_forces_as_load
+    exchanged = replace(constant, live=constant.dead / load_factor, dead=load_factor * constant.live)
+    if exchanged.live @ d <= 0:
+        return problem, q
+    return exchanged, q - problem.lowest_forces

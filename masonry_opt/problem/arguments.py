@@ -1,0 +1,52 @@
+"""Convert arguments of a problem's functions to arrays, and refuse other arguments by their name."""
+
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.errors import OptionError
+
+
+def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
+    """Return one number for each of the joints that can slide, shape (k,); a single number applies to all.
+
+    Raises OptionError, which names the argument, if the value is neither a number nor an array of this shape.
+    """
+    needed = f"a number, or one number for each of the {joints} joints that can slide, shape ({joints},)"
+    array = _numbers(name, value, needed)
+    if array.ndim == 0:
+        return np.full(joints, float(array))
+    if array.shape != (joints,):
+        raise OptionError(f"{name} must be {needed} (found an array of shape {array.shape})")
+    return array
+
+
+def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
+    """Return a vector of a given number of entries; ``meaning`` says in words which entries they are.
+
+    Raises OptionError, which names the argument, if the value is not an array of this shape.
+    """
+    needed = f"an array of {meaning}, shape ({entries},)"
+    array = _numbers(name, value, needed)
+    if array.shape != (entries,):
+        raise OptionError(f"{name} must be {needed} (found {_described(array)})")
+    return array
+
+
+def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
+    """Return a value as an array of floats. Raises OptionError if it consists of anything but numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # NumPy raises this error for lists of unequal lengths
+        raise OptionError(f"{name} must be {needed} (found lists of unequal lengths)") from None
+    if array.dtype.kind not in "iuf":
+        raise OptionError(f"{name} must be {needed} (found {_described(array, value)})")
+    return array.astype(float, copy=False)
+
+
+def _described(array: np.ndarray, value: Any = None) -> str:
+    """Return a description of an argument for an error message."""
+    if array.ndim:
+        kind = "" if array.dtype.kind in "iuf" else f" of {array.dtype.name}"
+        return f"an array{kind} of shape {array.shape}"
+    return f"the number {array}" if array.dtype.kind in "iuf" else repr(value)[:60]
