@@ -68,6 +68,12 @@ class NoLoadFactorError(MasonryError):
     exit_code = 1
 
 
+class TimeLimitError(MasonryError):
+    """The time limit ended the analysis before there was a result; the message states the phase."""
+
+    exit_code = 1
+
+
 class NoRunSolvedError(MasonryError):
     """No run of a study was solved; the message states why they were refused or crashed."""
 

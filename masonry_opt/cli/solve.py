@@ -38,7 +38,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: at least one has none; 2: wrong input."""
+    """Exit code 0: every load case has a load factor; 1: one has none, or was stopped; 2: wrong input."""
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
     drawing = given.take(mo.Result.save)
@@ -52,7 +52,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     if drawing["kind"] == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
-    answer = _solved(function, scene, options, printable(case.name), quiet or json)
+    answer = _solved(function, scene, options, printable(case.name), quiet)
     result = _drawn_result(answer)
     if json:
         print_json(answer)
@@ -65,7 +65,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     save(at_incremental or result, plot, drawing)
     if quiet:
         result.required()
-    return answer.usable
+    return answer.usable and not answer.time_limit_reached
 
 
 def _refuse_drawing_options(
