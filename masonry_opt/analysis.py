@@ -14,7 +14,7 @@ from masonry_opt.errors import CaseError, OptionError, TimeLimitError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
-from masonry_opt.methods.running import run_method
+from masonry_opt.methods.running import run_method, warn_if_long
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
@@ -106,6 +106,7 @@ class Session:
         with limited(self.how.time_limit):
             assembly = self._assembled(scene, effort)
             refuse_unsuited(self.method, assembly)
+            warn_if_long(self.method, assembly.problem, self.how.time_limit)
             try:
                 solution = self._solve_dead_load(assembly, effort)
             except TimeLimitReached as stop:

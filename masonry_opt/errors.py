@@ -41,6 +41,10 @@ class MasonryError(Exception):
         super().__init__(printable(str(message)))
 
 
+class LongAnalysisWarning(UserWarning):
+    """The analysis that begins will take more than some minutes; the message names a faster method."""
+
+
 class CaseError(MasonryError, ValueError):
     """The case file or scene is wrong; the message names file, key or block, and the remedy."""
 

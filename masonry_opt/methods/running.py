@@ -3,8 +3,11 @@
 Modules that declare programs are imported where they are used: modelling languages take seconds.
 """
 
+import warnings
+
 import numpy as np
 
+from masonry_opt.errors import LongAnalysisWarning
 from masonry_opt.methods.task import Method, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import Kind
@@ -16,9 +19,32 @@ from masonry_opt.solution.thresholds import SAME
 #: finds no load factor.
 _MOST_JOINTS_NO_WORK = 8000
 
+#: Largest number of joints in the plane with which a Coulomb method takes no more than some minutes; see
+#: "Façades" in benchmarks/README.md. With a larger number the warning about long analyses comes later.
+_MOST_JOINTS_IN_MINUTES = 30_000
+
+#: Largest number of contact points in space with which a Coulomb method takes no more than some minutes. With
+#: a larger number the warning about long analyses comes later.
+_MOST_CONTACTS_IN_MINUTES = 10_000
+
 #: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
 #: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
 NO_WORK = 1e-3
+
+
+def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> None:
+    """Warn before an analysis that will take more than some minutes, if the user set no time limit."""
+    contacts = "contact points" if problem.layout.round else "joints"
+    most = _MOST_CONTACTS_IN_MINUTES if problem.layout.round else _MOST_JOINTS_IN_MINUTES
+    if method.associative or time_limit is not None or problem.joints <= most:
+        return
+    scene = f"the scene has {problem.joints} {contacts}"
+    advice = "method 'static' is several times as fast, and a time limit ends the analysis"
+    warnings.warn(
+        f"{scene}, so that method '{method.name}' will take many minutes: {advice}",
+        LongAnalysisWarning,
+        stacklevel=2,
+    )
 
 
 def run_method(method: Method, task: Task) -> Solution:

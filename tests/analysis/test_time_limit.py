@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+import warnings
 
 import pytest
 from unit.test_house import ROOT
@@ -10,7 +11,7 @@ from unit.test_house import ROOT
 import masonry_opt as mo
 from masonry_opt.deadline import TimeLimitReached, check_time, limited, seconds_left, unlimited
 from masonry_opt.effort import Effort
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import LongAnalysisWarning, OptionError
 from masonry_opt.methods.exact.search import Search
 from masonry_opt.solution.reasons import Code
 
@@ -63,7 +64,7 @@ def test_every_method_ends_soon_after_its_limit(method, tmp_path):
 
 
 def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
-    """The search is stopped in its fifth start, as if the time were over; Table 1 of the paper has 0.64285."""
+    """The search is stopped in its fifth start, as if the time were over; Table 1 has 0.64285."""
     start = Search.start
 
     def stopped(search, q):
@@ -77,7 +78,7 @@ def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
     assert result.usable
     assert result.exact
     assert 0.6 < result.load_factor < 0.64285
-    assert [reason.code for reason in result.reasons][0] is Code.TIME_LIMIT
+    assert result.reasons[0].code is Code.TIME_LIMIT
     assert "the time limit of 7 s ended" in result.summary
 
 
@@ -103,3 +104,15 @@ def test_the_command_reports_progress_and_ends_with_exit_code_1(tmp_path):
     assert ran.returncode == 1
     assert "stopped by the time limit" in ran.stdout
     assert "10 s: large.toml: " in ran.stderr
+
+
+def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
+    """Methods of classical limit analysis, and analyses with a time limit, are not announced."""
+    monkeypatch.setattr("masonry_opt.methods.running._MOST_JOINTS_IN_MINUTES", 80)
+
+    with pytest.warns(LongAnalysisWarning, match="83 joints.*'coulomb' will take many minutes.*'static'"):
+        mo.solve(WALL, descent=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mo.solve(WALL, "static")
+        mo.solve(WALL, time_limit=500.0, descent=False)
