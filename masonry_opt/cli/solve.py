@@ -53,7 +53,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     if drawing["kind"] == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
-    answer = _solved(function, scene, options, printable(case.name), quiet)
+    answer = _solved(function, scene, options, printable(case.name), quiet or json)
     result = _drawn_result(answer)
     if json:
         print_json(answer)
