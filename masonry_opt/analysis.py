@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError, OptionError, TimeLimitError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
+from masonry_opt.methods.running import run_method, warn_if_long
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
@@ -27,7 +27,8 @@ from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import Code, Status, reason, size_of
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import FEW_STARTS, SAME, ZERO, same
+from masonry_opt.solution.stopped import with_answer, without_answer
+from masonry_opt.solution.thresholds import FEW_STARTS, ZERO, same
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
@@ -36,17 +37,9 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 #: answer. With more joints the computation takes from 15 seconds to minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
-#: Largest number of joints with which a collapse without work of the live load is looked for, if a method
-#: finds no load factor.
-_MOST_JOINTS_NO_WORK = 8000
-
 #: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
 #: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
 _MOST_JOINTS_AT_REST = 500
-
-#: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
-#: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
-NO_WORK = 1e-3
 
 #: Name of the method whose answer is the incremental load factor.
 _INCREMENTAL = "incremental"
@@ -106,23 +99,58 @@ class Session:
         return make_result(assembly, solution, effort, self.method.name, solver)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
-        """Return the assembly and the solution of a scene, without names and units."""
-        effort.begins("finding joints")
-        with effort.measure("scene"):
-            on_last_matrices = None if self._last is None else on_matrices_of(self._last, scene)
-            assembly = on_last_matrices or assemble(scene)
+        """Return the assembly and the solution of a scene, without names and units.
+
+        Raises TimeLimitError if the time limit is over before the joints are found.
+        """
+        with limited(self.how.time_limit):
+            assembly = self._assembled(scene, effort)
+            refuse_unsuited(self.method, assembly)
+            warn_if_long(self.method, assembly.problem, self.how.time_limit)
+            try:
+                solution = self._solve_dead_load(assembly, effort)
+            except TimeLimitReached as stop:
+                return assembly, without_answer(self.how.kind, stop, effort)
+            return assembly, solution or self.pushed(assembly, progress, effort)
+
+    def _assembled(self, scene: Scene, effort: Effort) -> Assembly:
+        """Return the assembly of a scene. Raises TimeLimitError if the time limit is over."""
+        try:
+            effort.begins("finding joints")
+            with effort.measure("scene"):
+                on_last_matrices = None if self._last is None else on_matrices_of(self._last, scene)
+                assembly = on_last_matrices or assemble(scene)
+        except TimeLimitReached as stop:
+            raise TimeLimitError(
+                f"{scene.origin}: the {stop} ended before all joints were found: raise the time limit"
+            ) from None
         if self.kept.keeps:
             self._last = assembly
-        refuse_unsuited(self.method, assembly)
-        solution = self._solve_dead_load(assembly, effort)
-        return assembly, solution or self.pushed(assembly, progress, effort)
+        return assembly
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a scene that is stable under its dead load."""
-        problem, incremental = assembly.problem, self._solve_incremental(assembly, effort)
+        """Return the solution of a scene that is stable under its dead load.
+
+        If the time limit ends the analysis, the solution has the answer that is known by then, or none.
+        """
+        steps: list[Any] = []
+
+        def follow(step: Any) -> None:
+            steps[:] = [step]
+            progress(step)
+
+        with limited(self.how.time_limit):
+            try:
+                return self._pushed(assembly, follow, effort)
+            except TimeLimitReached as stop:
+                return without_answer(self.how.kind, stop, effort, *steps)
+
+    def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
+        """Return the solution of a stable scene. Raises TimeLimitReached if there is no answer by then."""
+        problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
-        solution = replace(_run_method(self.method, task), incremental=incremental).accepted()
+        solution = replace(run_method(self.method, task), incremental=incremental).accepted()
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
@@ -178,11 +206,11 @@ class Session:
             effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
         return True
 
-    def _solve_incremental(self, assembly: Assembly, effort: Effort) -> Solution | None:
+    def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
         """Return the solution of method "incremental"; if it is not run, a solution with the reason.
 
-        None is returned if the incremental load factor is not asked for. The steps and time are separate from
-        those of the session's method.
+        None is returned if the incremental load factor is not asked for. The time is separate from that of
+        the session's method. Load steps are reported if they are the first steps of this method too.
         """
         if not self._adds_incremental:
             return None
@@ -195,8 +223,11 @@ class Session:
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "incremental analysis")
         with effort.measure("incremental"):
-            task = Task(problem, solver, effort=Effort(effort.begins), kept=self.kept)
-            solution = _run_method(method, task)
+            own = Effort(effort.begins)
+            task = Task(problem, solver, effort=own, kept=self.kept)
+            if self.method.name == DEFAULT:
+                task = replace(task, progress=progress)
+            solution = run_method(method, task)
         return _without_invalid_load_factor(assembly, solution)
 
 
@@ -265,62 +296,6 @@ def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solu
     return withdrawn(assembly, solution, rests)
 
 
-def _run_method(method: Method, task: Task) -> Solution:
-    """Return the solution of a method.
-
-    A collapse in which the live load does no work is looked for in three cases:
-
-    - before the method runs, if the incremental load factor is that of such a collapse;
-    - if a Coulomb method finds no load factor;
-    - if a load history ends in a range, with a motion of such a collapse. The exact load factor then replaces
-      the range if it is inside the range.
-    """
-    before, incremental = None, task.incremental
-    if incremental is None or not incremental.has(Code.NO_WORK):
-        before = method.run(task)
-        # A method that seeks exact states gives the answer of the load history only if it finds no exact
-        # state.
-        has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
-        if not has_no_state and _ends_without_work(task.problem, before):
-            return _exact_without_work(task, method, before)
-        falls = before.status is Status.UNSTABLE
-        has_answer = before.answer is not None and not before.failing() and not has_no_state
-        is_decided = has_answer or before.proven_none or falls
-        if is_decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _MOST_JOINTS_NO_WORK:
-            return before
-        from masonry_opt.methods.associative import with_associative
-
-        before = with_associative(task, before)
-        if before.associative is None:
-            return before
-    from masonry_opt.methods.no_work import without_work
-
-    return without_work(task, method.run, before) or before or method.run(task)
-
-
-def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends with a range of λ and a motion without work of the live load."""
-    if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
-        return False
-    sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
-    return bool(problem.live @ solution.d <= NO_WORK * sizes)
-
-
-def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return the exact state in which the live load does no work if its λ is in the range of ``before``.
-
-    Else ``before`` is returned, the solution with the range.
-    """
-    from masonry_opt.methods.no_work import without_work
-
-    exact = without_work(task, method.run, before)
-    limits = before.values_of(Code.RANGE)
-    if exact is None or exact.load_factor is None:
-        return before
-    is_within = limits["carried"] * (1 - SAME) <= exact.load_factor <= limits["not_carried"] * (1 + SAME)
-    return exact if is_within else before
-
-
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     """Return True if a scene carries its dead load from rest.
 
@@ -352,7 +327,12 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     if is_small and not is_associative and not solution.proven_none:
         from masonry_opt.methods.associative import with_associative
 
-        solution = with_associative(task, solution)
+        try:
+            solution = with_associative(task, solution)
+        except TimeLimitReached as stop:
+            if solution.load_factor is None:
+                raise
+            solution = with_answer(solution, stop, task.effort)
     incremental = solution.incremental
     if incremental is not None:
         incremental = replace(incremental, associative=solution.associative_value)
@@ -415,6 +395,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     solver: str | None = None,
     tolerance: float | None = None,
     incremental: bool = True,
+    time_limit: float | None = None,
     load_case: str | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
@@ -447,6 +428,9 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         cones of friction in space the solver may miss the tolerance; the reasons of the result then say so.
     incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, in space
         contacts).
+    time_limit: Seconds after which the analysis ends with the lowest collapse state found so far, or without
+        an answer. The reasons of the result then say so. In method "global" it limits the search for the two
+        bounds. If a scene has load cases, each has this time.
     load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
         solves all of them.
     progress: Function that is called with each step of the method:
@@ -470,22 +454,29 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     OptionError
         If a method, model, solver, option or load case is unknown or not available. If the method does not
         support solids, limited forces, limited strength, or dilatancy that falls with stress.
+    TimeLimitError
+        If the time limit is over before all joints are found.
     """
     for name, function in (("progress", progress), ("phases", phases)):
         if not callable(function):
             raise OptionError(f"{name} must be a function (found {function!r})")
-    session = prepare(
-        method, model=model, solver=solver, tolerance=tolerance, incremental=incremental, **options
-    )
+    engine: dict[str, Any] = {"model": model, "solver": solver, "tolerance": tolerance}
+    session = prepare(method, incremental=incremental, time_limit=time_limit, **engine, **options)
     effort = Effort(phases)
-    effort.begins("reading blocks")
-    with effort.measure("scene"):
-        scene = as_scene(scene, load_case)
-    return session.solve(scene, progress, effort)
+    with limited(session.how.time_limit):
+        effort.begins("reading blocks")
+        with effort.measure("scene"):
+            scene = as_scene(scene, load_case)
+        return session.solve(scene, progress, effort)
 
 
 def prepare(
-    method: str = DEFAULT, *, keeps: bool = False, incremental: bool = True, **options: Any
+    method: str = DEFAULT,
+    *,
+    keeps: bool = False,
+    incremental: bool = True,
+    time_limit: float | None = None,
+    **options: Any,
 ) -> Session:
     """Return a session that solves scenes as :func:`solve` does.
 
@@ -495,6 +486,5 @@ def prepare(
     Raises OptionError if the method, the model, the solver or an option is unknown or not available.
     """
     engine = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
-    return Session(
-        HowToSolve(method, **engine, incremental=incremental, options=options), ProgramCache(keeps)
-    )
+    limits: dict[str, Any] = {"incremental": incremental, "time_limit": time_limit}
+    return Session(HowToSolve(method, **engine, **limits, options=options), ProgramCache(keeps))

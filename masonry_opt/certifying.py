@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_opt.analysis import NO_WORK, refuse_without_live_load
+from masonry_opt.analysis import refuse_without_live_load
 from masonry_opt.errors import OptionError, printable
+from masonry_opt.methods.running import NO_WORK
 from masonry_opt.problem.arguments import vector
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.names import ProblemNames

@@ -41,6 +41,10 @@ class MasonryError(Exception):
         super().__init__(printable(str(message)))
 
 
+class LongAnalysisWarning(UserWarning):
+    """The analysis that begins will take more than some minutes; the message names a faster method."""
+
+
 class CaseError(MasonryError, ValueError):
     """The case file or scene is wrong; the message names file, key or block, and the remedy."""
 
@@ -64,6 +68,12 @@ class ReaderGoneError(OutputError):
 
 class NoLoadFactorError(MasonryError):
     """The scene has no load factor where one is needed; the message states the reason."""
+
+    exit_code = 1
+
+
+class TimeLimitError(MasonryError):
+    """The time limit ended the analysis before there was a result; the message states the phase."""
 
     exit_code = 1
 

@@ -37,6 +37,7 @@ _DICTIONARY_NAMES = (
     "kind",
     "crushing",
     "friction_law",
+    "time_limit_reached",
     "load_factor",
     "lowest",
     "tilt_angle",
@@ -254,6 +255,5 @@ def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
     """Combine a solution with names and units of its scene, and with the effort, into a result."""
-    counts = {name: count for name, count in vars(effort).items() if name != "begins"}
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
-    return Result(**named, assembly=assembly, solution=solution, **counts)
+    return Result(**named, assembly=assembly, solution=solution, **effort.counts())

@@ -100,8 +100,9 @@ class Given(dict[str, Any]):
         method has another form than NAME=VALUE, or is an argument of one of the two functions.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
+        # Method "global" had the option "time_limit" before all methods had it as an argument.
         for taking in (solve, function):
-            own = inspect.signature(taking).parameters.keys() & options
+            own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 whose = "it is not an option of the method: --help lists the options of the command"
                 raise OptionError(f"option '{min(own)}': {whose}")
@@ -259,6 +260,7 @@ class Work:
         self._show, self._name = show, name
         self.steps: list[str] = []  #: steps of the method that have a load factor, as text
         self._last_step = ""  #: last of the steps, with its residual
+        self._phase = ""  #: phase that began last, followed by a colon
 
     def show(self, line: str) -> None:
         """Replace the text of the line."""
@@ -267,6 +269,7 @@ class Work:
     def phase(self, words: str) -> None:
         """Show the phase that begins, and the last step of the earlier phases."""
         last = f" (last {self._last_step})" if self._last_step else ""
+        self._phase = f"{words}: "
         self._show(f"{self._name}: {words}{last}")
 
     def step(self, step: Any) -> None:
@@ -276,7 +279,7 @@ class Work:
         number = len(self.steps) + 1
         self.steps.append(f"{_step_name(step)} {number}: λ = {numeral(step.load_factor, '.6f')}")
         self._last_step = self.steps[-1] + residuals_of_step(step)
-        self._show(f"{self._name}: {self._last_step}")
+        self._show(f"{self._name}: {self._phase}{self._last_step}")
 
 
 def _step_name(step: object) -> str:

@@ -1,5 +1,6 @@
 """Commands `masonry-opt solve` and `masonry-opt check`."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ import typer
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.cli.command import Given, command, interrupts, print_json, save, waiting
-from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+from masonry_opt.errors import InterruptedByUserError, LongAnalysisWarning, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.terminal import print_result, print_text, print_warnings
@@ -38,7 +39,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: at least one has none; 2: wrong input."""
+    """Exit code 0: every load case has a load factor; 1: one has none, or was stopped; 2: wrong input."""
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
     drawing = given.take(mo.Result.save)
@@ -65,7 +66,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     save(at_incremental or result, plot, drawing)
     if quiet:
         result.required()
-    return answer.usable
+    return answer.usable and not answer.time_limit_reached
 
 
 def _refuse_drawing_options(
@@ -89,7 +90,9 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
     If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
     without an answer.
     """
-    with waiting(name, quiet) as work, interrupts() as check_interrupt:
+    with waiting(name, quiet) as work, interrupts() as check_interrupt, warnings.catch_warnings():
+        warnings.simplefilter("always", LongAnalysisWarning)
+        warnings.showwarning = _print_warning
 
         def show_step(step: Any) -> None:
             check_interrupt()
@@ -106,6 +109,11 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
                 last = f"the last was {work.steps[-1]}, not the answer"
             raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
     return answer
+
+
+def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Print a Python warning on standard error at once, without its place in the code."""
+    print_warnings([str(message)])
 
 
 def _drawn_result(answer: Any) -> mo.Result:

@@ -366,8 +366,9 @@ def least_missed(
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
     # The simplex method of HiGHS may fail on the presolved program. In this case, repeat it without presolve.
     for presolve in ("choose", "off"):
-        options = {"small_matrix_value": SMALLEST_COEFFICIENT, "presolve": presolve}
-        session = HighsSession(program, effort, "finite motion", **options)
+        session = HighsSession(
+            program, effort, "finite motion", small_matrix_value=SMALLEST_COEFFICIENT, presolve=presolve
+        )
         if session.solve() is Verdict.OPTIMAL:
             *q, value = session.point()
             below, above = session.multipliers()[: 2 * rows].reshape(2, rows)

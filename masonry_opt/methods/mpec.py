@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
 from pyomo.repn.plugins.nl_writer import NLWriter
 
+from masonry_opt.deadline import SAME_TIME, check_time, seconds_left
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
@@ -113,7 +114,8 @@ class CasadiIpopt:
         functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
         # If functions are expanded to scalar operations, derivatives take a thirtieth of the time.
         quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
-        options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
+        limit = {"max_wall_time": seconds_left()} if math.isfinite(seconds_left()) else {}
+        options = {f"ipopt.{name}": value for name, value in {**_OPTIONS, **limit}.items()} | quiet
         self._solver = casadi.nlpsol("program", "ipopt", functions, options)
         #: Multipliers of the last solve, from which the next solve starts.
         self.multipliers: dict[str, Any] = {}
@@ -121,8 +123,10 @@ class CasadiIpopt:
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
         """Solve with z p ≤ ``epsilon``, starting from the present values of the variables.
 
-        Returns True if IPOPT finds a local optimum, IPOPT's status, and the number of its iterations.
+        Returns True if IPOPT finds a local optimum, IPOPT's status, and the number of its iterations. Raises
+        TimeLimitReached if the time limit of the analysis is over.
         """
+        check_time()
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
         solution = self._solver(x0=start, **self._bounds, **self.multipliers)
@@ -133,6 +137,8 @@ class CasadiIpopt:
             values = np.array(solution["x"]).ravel().tolist()
             for variable, value in zip(self._variables, values, strict=True):
                 variable.set_value(value, skip_validation=True)
+        else:
+            check_time(SAME_TIME)
         return solved, stats["return_status"], int(stats["iter_count"])
 
 

@@ -4,6 +4,7 @@ A new method needs one entry in this module.
 """
 
 import difflib
+import math
 import reprlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ from pydantic import ValidationError
 
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
+from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solvers.registry import (
     MATRICES,
     MODELS,
@@ -76,6 +78,9 @@ FORMER_METHODS = {
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
+#: Name of the argument, and of the option of a method, that limits the time in seconds.
+_TIME_LIMIT = "time_limit"
+
 #: Arguments of ``solve`` and of other functions that are not options of a method. Errors may suggest them.
 _OTHER_ARGUMENTS = (
     "scene",
@@ -84,6 +89,7 @@ _OTHER_ARGUMENTS = (
     "solver",
     "tolerance",
     "incremental",
+    "time_limit",
     "load_case",
     "progress",
     "phases",
@@ -102,11 +108,16 @@ class HowToSolve:
     solver: str | None = None
     tolerance: float | None = None
     incremental: bool = True
+    time_limit: float | None = None  #: longest time of an analysis in seconds; None without a limit
     options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
 
     def __post_init__(self) -> None:
         if not isinstance(self.incremental, bool):
             raise OptionError(f"incremental must be True or False (found {self.incremental!r})")
+        limit = self.time_limit
+        is_number = isinstance(limit, int | float) and not isinstance(limit, bool)
+        if limit is not None and not (is_number and 0 < limit < math.inf):
+            raise OptionError(f"time_limit must be a number of seconds above 0 (found {limit!r})")
         _ = self.chosen, self.own_options, self.engine
 
     def refuse_functions(self) -> None:
@@ -126,6 +137,16 @@ class HowToSolve:
             raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")
         return METHODS[self.method]
 
+    @property
+    def kind(self) -> Kind:
+        """Kind of the answers of the method, for results without an answer."""
+        return Kind.ASSOCIATIVE if self.chosen.associative else Kind.EXACT
+
+    @cached_property
+    def _has_own_limit(self) -> bool:
+        """True if the method has an option for its time, which decides how it divides the time."""
+        return self.chosen.options is not None and _TIME_LIMIT in self.chosen.options.model_fields
+
     @cached_property
     def own_options(self) -> Any:
         """Options of the method; None if the method has no options.
@@ -134,14 +155,17 @@ class HowToSolve:
         """
         method = self.chosen
         known = list(method.options.model_fields) if method.options else []
-        for option in self.options:
+        given = dict(self.options)
+        if self._has_own_limit and self.time_limit is not None:
+            given[_TIME_LIMIT] = float(self.time_limit)
+        for option in given:
             if option == "expected":
                 raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
                 raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
         try:
             # An option may be a result; the method then takes the ``solution`` of the result.
-            values = {name: getattr(value, "solution", value) for name, value in self.options.items()}
+            values = {name: getattr(value, "solution", value) for name, value in given.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
             # An option that permits several types has one error for each type; only the first error is

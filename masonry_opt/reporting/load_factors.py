@@ -19,6 +19,8 @@ FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
+_SEARCHES = "coulomb"  #: Name of the method that has the option ``search``.
+
 #: Codes of reasons of method "global" that compare the lowest state found with a lower bound of all states.
 _BOUNDS = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
@@ -299,15 +301,20 @@ def _not_proven(result: Outcome) -> str:
 def search_remark(result: Outcome, states: str) -> str:
     """Return the end of a phrase on lower load factors: the search made, or advice to search.
 
-    ``states`` names the states in the remark, such as "lower ones".
+    ``states`` names the states in the remark, such as "lower ones". Only the default method has the option
+    ``search``, so the advice names this method if another method was used.
     """
+    if result.time_limit_reached:
+        seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
+        return f": the time limit of {seconds:g} s ended the search for {states}"
     if result.solution.interrupted:
         return ": the search was interrupted"
     if result.solution.has(Code.SEARCHED):
         return f": a longer search may find {states}"
     if result.assembly.problem.dilatancy_depends_on_stress:
         return ""
-    return f" (option search=10 looks for {states})"
+    option = "option search=10" if result.method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
+    return f" ({option} looks for {states})"
 
 
 def load_history_ends_lower(result: Outcome) -> bool:

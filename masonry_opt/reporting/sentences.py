@@ -230,6 +230,20 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
     return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for a collapse state"
 
 
+def _time_limit(v: dict[str, Any]) -> str:
+    """State that the time limit ended the analysis, in which phase, and the load factors known by then."""
+    ended = f"the time limit of {v['seconds']:g} s ended the analysis during this step: {v['phase']}"
+    if v["carried"] is not None:
+        carried = (
+            f"the live load was raised from rest to λ = {numeral(v['carried'], '.6g')} without a collapse"
+        )
+        return f"{ended}; {carried}: raise the time limit"
+    if v["last"] is not None:
+        last = f"the last step of the method had λ = {numeral(v['last'], '.6g')}, which is not an answer"
+        return f"{ended}; {last}: raise the time limit"
+    return f"{ended}: raise the time limit"
+
+
 def _undecided_history(v: dict[str, Any]) -> str:
     """State that the load history led to no collapse state; name an option or method that looks for one."""
     steps = counted(v["steps"], "step")
@@ -315,6 +329,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + ("resists the mechanism" if v["against"] else "does no work in the mechanism")
         + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
     ),
+    Code.TIME_LIMIT: _time_limit,
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: (
         "the load factor of the loop exceeded the associative one by {by:.1e}; the associative one is given"

@@ -60,6 +60,7 @@ def facts(result: Outcome) -> dict[str, str]:
     """Return texts by label on everything in a result other than its load factors and status."""
     known = {
         "why": _why(result),
+        "time limit": "".join(_sentences_of(result, Code.TIME_LIMIT)) if result.status.usable else "",
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
         **dict(filter(None, [motion(result)])),
         "ties": _ties(result),

@@ -4,6 +4,8 @@ import io
 import math
 import re
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, TextIO
@@ -30,6 +32,10 @@ _RESIDUAL_COLUMNS = (
     "virtual_work",
     "complementarity",
 )
+
+#: Seconds between two lines of progress on a stream that is no terminal. With fewer seconds a log has more
+#: lines.
+SECONDS_BETWEEN_LINES = 10.0
 
 #: Pattern of a row of the table of load factors: two spaces, then a name. Other lines have more spaces.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
@@ -97,12 +103,14 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line with the elapsed time on a terminal, and yield a function that changes its text.
+    """Show a line with the elapsed time, and yield a function that changes its text.
 
-    The line is removed at the end. If the console is not a terminal, nothing is shown.
+    On a terminal the line is removed at the end. Elsewhere, as in a file or a pipe, the present text is
+    written as a line of its own every ten seconds.
     """
     if not console.is_terminal:
-        yield lambda _: None
+        with _repeated_lines(console, line) as change:
+            yield change
         return
     # On a narrow terminal the line is truncated instead of wrapped.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
@@ -110,6 +118,28 @@ def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]
     with Progress(*columns, console=console, transient=True, expand=True) as progress:
         task = progress.add_task(line, total=None)
         yield lambda line: progress.update(task, description=line)
+
+
+@contextmanager
+def _repeated_lines(console: Console, line: str) -> Iterator[Callable[[str], None]]:
+    """Write the present text as a line with the elapsed time at regular intervals."""
+    began, ended, text = time.monotonic(), threading.Event(), [line]
+
+    def change(line: str) -> None:
+        text[:] = [line]
+
+    def write() -> None:
+        while not ended.wait(SECONDS_BETWEEN_LINES):
+            elapsed = round(time.monotonic() - began)
+            console.print(printable(f"{elapsed} s: {text[0]}"), markup=False, highlight=False, soft_wrap=True)
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    try:
+        yield change
+    finally:
+        ended.set()
+        writer.join()
 
 
 def residuals_of_step(step: object) -> str:

@@ -15,7 +15,7 @@ from masonry_opt.solution import frames
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Certificate, InfeasibilityCertificate
 from masonry_opt.solution.proof import Proof
-from masonry_opt.solution.reasons import Reason, Status, size_of
+from masonry_opt.solution.reasons import Code, Reason, Status, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import MATRICES
@@ -64,6 +64,7 @@ class Outcome:
     status: end of the analysis.
     reasons: reasons for the status, as codes with their values.
     usable: True if there is a load factor.
+    time_limit_reached: True if the time limit ended the analysis. A load factor is then the lowest by then.
     kind: kind of answer, which decides the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
@@ -131,6 +132,11 @@ class Outcome:
     def usable(self) -> bool:
         """True if there is a load factor."""
         return self.solution.status.usable
+
+    @property
+    def time_limit_reached(self) -> bool:
+        """True if the time limit ended the analysis; the load factor, if any, is the lowest by then."""
+        return self.solution.has(Code.TIME_LIMIT)
 
     @property
     def kind(self) -> Kind:

@@ -23,6 +23,7 @@ class Status(StrEnum):
     JAMMED = "no limit was found: joints press ever harder"
     BELOW_ZERO = "no collapse state above zero was found"
     SOLVER_FAILED = "solver failed"
+    TIME_LIMIT = "stopped by the time limit"
 
     @property
     def usable(self) -> bool:
@@ -80,6 +81,10 @@ class Code(StrEnum):
     # Values: ``fixed``, True if equilibrium alone determines all forces, so that no other load factor above
     # zero is possible; ``against``, True if the mechanism moves against the live load.
     NO_WORK = "no work"
+    # Values: ``seconds``, the time limit; ``phase`` in which the limit was reached. If there is no answer:
+    # ``carried``, the largest load factor that the load history has carried, or None; ``last``, λ of the last
+    # step of another method, or None.
+    TIME_LIMIT = "time limit"
     # Values: ``load_factor``, λ of the rejected answer; ``residuals`` that exceed their limits.
     NOT_CERTIFIED = "not certified"
 
@@ -237,6 +242,7 @@ class Code(StrEnum):
 LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.WEDGED: ("load_factor",),
     Code.BELOW_ZERO: ("load_factor",),
+    Code.TIME_LIMIT: ("carried", "last"),
     Code.NOT_CERTIFIED: ("load_factor",),
     Code.STILL_CHANGES: ("lowest", "highest"),
     Code.GROWS: ("load_factor",),

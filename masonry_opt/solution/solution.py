@@ -59,7 +59,8 @@ class Solution:
     #: True if no other load factor above zero can cause collapse, because equilibrium alone determines all
     #: forces.
     is_only_state: bool = False
-    interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
+    #: True if the user or the time limit ended the method, so that a longer run may find a lower λ.
+    interrupted: bool = False
     #: True if the answer is the exact state in which the load history ended and the blocks continue to move.
     followed_to_end: bool = False
     #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.

@@ -3,6 +3,7 @@
 Programs with very large entries, such as a friction coefficient of 1e6, are scaled before they are solved.
 """
 
+import math
 import time
 import warnings
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.deadline import SAME_TIME, check_time, seconds_left
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
@@ -23,6 +25,15 @@ _CVXPY_VERDICTS = {
     cp.UNBOUNDED: Verdict.UNBOUNDED,
     cp.settings.INFEASIBLE_OR_UNBOUNDED: Verdict.INFEASIBLE_OR_UNBOUNDED,
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
+}
+
+#: Option of each solver that limits its time in seconds, by CVXPY's name of the solver. A solver without an
+#: entry runs to its end, and the time limit of the analysis applies after that.
+_TIME_LIMITS = {
+    cp.CLARABEL: "time_limit",
+    cp.HIGHS: "time_limit",
+    cp.OSQP: "time_limit",
+    cp.SCS: "time_limit_secs",
 }
 
 #: Number of columns above which every solve compiles the program again, with its parameters as constants.
@@ -57,7 +68,11 @@ class CvxpyEngine:
         effort.uses(self.solver.name, self._purpose)
 
     def solve(self) -> Solved:
-        """Compile the program, solve it, and write the solution into its variables."""
+        """Compile the program, solve it, and write the solution into its variables.
+
+        Raises TimeLimitReached if the time limit of the analysis is over.
+        """
+        check_time()
         effort = self.effort
         program = self.program
         engine = self.solver.entry.engine
@@ -69,6 +84,9 @@ class CvxpyEngine:
         (rows, columns), nonzeros = data["A"].shape, data["A"].nnz
         self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
+        check_time()
+        if engine in _TIME_LIMITS and math.isfinite(seconds_left()):
+            options = {**options, _TIME_LIMITS[engine]: seconds_left()}
         run_solver = partial(chain.solve_via_data, program, solver_opts=dict(options))
         status = ""
         start = time.perf_counter()
@@ -84,13 +102,17 @@ class CvxpyEngine:
                 program.unpack_results(raw, chain, inverse)
         # CVXPY raises ValueError if HiGHS ends as "unknown" without values.
         except (cp.SolverError, ValueError) as error:
+            check_time(SAME_TIME)
             return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
         effort.add("compile", max(elapsed - seconds, 0.0))  # time in which CVXPY passes the matrices
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
-        return Solved(_CVXPY_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
+        verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)
+        if verdict is Verdict.FAILED:
+            check_time(SAME_TIME)
+        return Solved(verdict, status or program.status, seconds)
 
 
 def has_optimum(

@@ -10,6 +10,7 @@ import highspy
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.deadline import SAME_TIME, check_time, seconds_left
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, iterations_of
 
@@ -228,13 +229,21 @@ class HighsSession:
         self._highs.startCallback(highspy.cb.HighsCallbackType.kCallbackIpmInterrupt)
 
     def run(self, seconds: float) -> Verdict:
-        """Run HiGHS once, within a time limit in seconds."""
+        """Run HiGHS once, within a time limit in seconds.
+
+        Raises TimeLimitReached if the time limit of the analysis ends the run.
+        """
+        check_time()
         start = self._highs.getRunTime()
-        self._highs.setOptionValue("time_limit", start + seconds)  # HiGHS counts the time of all runs
+        # HiGHS counts the time of all runs.
+        self._highs.setOptionValue("time_limit", start + min(seconds, seconds_left()))
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
         self.effort.iterations += iterations_of(self._highs.getInfo())
-        return _HIGHS_VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
+        verdict = _HIGHS_VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
+        if verdict is Verdict.FAILED:
+            check_time(SAME_TIME)
+        return verdict
 
     def values(self, variable: Any) -> np.ndarray:
         """Return the values of a variable at the last optimum."""

@@ -1,11 +1,13 @@
 """Solve programs that are declared in Pyomo, through its persistent interface to HiGHS."""
 
+import math
 import time
 
 import pyomo.environ as pyo
 from pyomo.contrib.solver.common.results import TerminationCondition
 from pyomo.contrib.solver.solvers.highs import Highs
 
+from masonry_opt.deadline import SAME_TIME, check_time, seconds_left
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
@@ -54,12 +56,18 @@ class PyomoEngine:
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve with the present parameters, starting from the last basis if there is one."""
+        """Solve with the present parameters, starting from the last basis if there is one.
+
+        Raises TimeLimitReached if the time limit of the analysis is over.
+        """
+        check_time()
         effort = self.effort
         effort.lp_solves += 1
         highs = self._highs._solver_model
         start = time.perf_counter()
         before = highs.getRunTime()
+        # HiGHS counts the time of all runs.
+        self._highs.config.time_limit = before + seconds_left() if math.isfinite(seconds_left()) else None
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
@@ -68,6 +76,8 @@ class PyomoEngine:
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition
         verdict = _PYOMO_VERDICTS.get(condition, Verdict.FAILED)
+        if verdict is Verdict.FAILED:
+            check_time(SAME_TIME)
         if verdict is Verdict.OPTIMAL:
             with effort.measure("read"):
                 result.solution_loader.load_vars()

@@ -39,9 +39,11 @@ def test_a_load_history_and_what_follows_it():
         *FIRST,
         "incremental analysis",
         "method 'coulomb'",
-        "exact states nearby",
-        "lower states, start 1",
-        "associative load factor",
+        "incremental analysis",
+        "exact state from the incremental forces",
+        "exact state from the incremental forces: lower states, start 1",
+        "exact state from the incremental forces: lower states, start 1, lowest λ so far 0.638982",
+        "associative load factor, lowest λ so far 0.638982",
     ]
 
 
@@ -76,7 +78,8 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, comma
     phases = {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
     assert all(any(phase in line for line in shown) for phase in phases)
     told = [f"λ = {step.load_factor:.6f}{residuals_of_step(step)}" for (step,) in steps]
-    assert {f"two_blocks.toml: iteration {n}: {line}" for n, line in enumerate(told, 1)} <= {*shown}
+    for number, line in enumerate(told, 1):
+        assert f"two_blocks.toml: sub-problem {number}: iteration {number}: {line}" in shown
     assert out == before
 
 
@@ -92,7 +95,7 @@ def test_nothing_is_shown_in_a_pipe_or_quietly(command, how):
 ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
 #: Arguments of commands that may take long, and a part of a line that they show.
 LONG = {
-    "capacity": (("case.toml",), "capacity: load step"),
+    "capacity": (("case.toml",), "incremental analysis: load step 1"),
     "check": (("case.toml",), "comparing static with kinematic"),
     "compare": (("case.toml", "--out", "out", "--repeats", "1", "--methods", "static", *ONE_PAIR), "static"),
     "crossing": (("axles.toml", "--method", "static"), "crossing: first axle at"),
@@ -126,5 +129,5 @@ def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path
 def test_further_starts_are_counted():
     """The search for lower states of two blocks takes many starts, and names each as it begins."""
     told = phases_of(TWO_BLOCKS, "coulomb")[1]
-    starts = [phase for phase in told if phase.startswith("lower states, start ")]
-    assert starts[:2] == ["lower states, start 1", "lower states, start 2"]
+    assert any("lower states, start 1" in phase for phase in told)
+    assert any("further starts: lower states, start 2" in phase for phase in told)

@@ -2,6 +2,7 @@
 
 import time
 
+from masonry_opt.deadline import seconds_left
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
@@ -69,7 +70,7 @@ class LeastProof:
         if not self.is_open:
             return True
         try:
-            self._continue(time.perf_counter() + seconds, programs)
+            self._continue(time.perf_counter() + min(seconds, seconds_left()), programs)
         except ConflictSearchTimeout:
             return False
         except Undecided as error:

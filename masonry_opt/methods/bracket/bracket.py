@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict
 
+from masonry_opt.deadline import TimeLimitReached, limited, unlimited
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
@@ -22,6 +23,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import FinalState
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. It
@@ -50,22 +52,21 @@ class GlobalOptions(Options):
 def global_search(task: Task) -> Solution:
     """Return the Coulomb state with the lowest λ ≥ 0 found, and a lower bound of the least load factor.
 
-    Raises KeyboardInterrupt if the search for a lower state is interrupted.
+    Raises KeyboardInterrupt if the search for a lower state is interrupted. Raises TimeLimitReached if the
+    time limit is over before an upper bound is known.
     """
     problem, options = task.problem, task.options
     began = time.perf_counter()
-    upper = associative(task.with_options(None, find_solver("cvxpy", None)))
+    with limited(options.time_limit):
+        upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
         # With this kind, the status alone does not state that the scene carries any load.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
-    start = coulomb(task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None)))
-    if search is None:
-        # Forces of a scene that falls under its dead load from rest may also lead to an exact state.
-        start = search_lower(task, start, SearchLimits())
-    if start.interrupted:
+    start = _lowest_state(task, search, began)
+    if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
     if start.proof is not None:
         # It is proven without assumptions that no state has a lower load factor, so programs of products are
@@ -84,10 +85,29 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        solution = _raised(task, solution, rising, began)
+        # The programs divide the time among them, and each has at least one second.
+        with unlimited():
+            solution = _raised(task, solution, rising, began)
     solution = _concluded(problem, solution, rising.of, options)
     solution = replace(solution, below_zero=start.below_zero)
     return solution.telling(*(entry for entry in start.reasons if entry.code is Code.BELOW_ZERO))
+
+
+def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
+    """Return the lowest state that the default method finds, with an optional search, in seconds.
+
+    The time limit of the bracket ends the default method with its lowest state so far. Without a state by
+    then the solution has no answer.
+    """
+    left = max(began + task.options.time_limit - time.perf_counter(), 0.0)
+    try:
+        with limited(left):
+            own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
+            start = coulomb(own)
+            # Forces of a scene that falls under its dead load from rest may also lead to an exact state.
+            return start if search is not None else search_lower(task, start, SearchLimits())
+    except TimeLimitReached as stop:
+        return without_answer(Kind.EXACT, stop, task.effort)
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:

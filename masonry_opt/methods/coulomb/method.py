@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
+from masonry_opt.deadline import TimeLimitReached
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import CoulombRun
@@ -26,8 +27,9 @@ from masonry_opt.methods.coulomb.steps import (
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solution.acceptance import Kind
-from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import LogEntry, Solution
+from masonry_opt.solution.stopped import with_answer
 
 #: Steps of the default method, in order.
 STEPS: tuple[CoulombStep, ...] = (
@@ -105,7 +107,14 @@ def coulomb(task: Task) -> Solution:
         raise OptionError(f"option '{name}' {falls}: omit the option, or omit 'dilatancy_stress'")
     start = options.start
     first = _run_steps(task, options) if start is None else of_same_scene(start, task.problem)
-    return _search_on(task, first, options) if searches else first
+    if not searches or first.has(Code.TIME_LIMIT):
+        return first
+    try:
+        return _search_on(task, first, options)
+    except TimeLimitReached as stop:
+        if first.answer is None:
+            raise
+        return with_answer(first, stop, task.effort)
 
 
 def _run_steps(task: Task, options: CoulombOptions) -> Solution:
@@ -113,14 +122,29 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
     run = CoulombRun(task, options.descent, options.settings, options.budget)
     log: list[LogEntry] = []
     for step in STEPS:
-        if run.ended is not None or not step.applies(run):
+        if run.is_over or not step.applies(run):
             continue
         began = time.perf_counter()
-        step.run(run)
+        _run_step(step, run)
         seconds = time.perf_counter() - began + run.seconds_before
         log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds, run.note))
         run.seconds_before, run.note = 0.0, ""
-    return replace(_solution(run), log=tuple(log))
+    solution = replace(_solution(run), log=tuple(log))
+    return solution if run.stopped is None else with_answer(solution, run.stopped, task.effort)
+
+
+def _run_step(step: CoulombStep, run: CoulombRun) -> None:
+    """Run a step. If the time limit ends the step and a collapse state is known, end the run with this state.
+
+    Raises TimeLimitReached if no collapse state is known.
+    """
+    try:
+        with run.effort.step(step.name):
+            step.run(run)
+    except TimeLimitReached as stop:
+        if run.answer is None:
+            raise
+        run.stopped, run.note = stop, f"stopped by the {stop}"
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from masonry_opt.deadline import TimeLimitReached
 from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
@@ -38,6 +39,7 @@ class CoulombRun:
     incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
+    stopped: the signal of the time limit that has ended the run with a state; None as long as steps go on.
     seconds_before: time of a load history that was computed before the run, in seconds.
     note: further result of the present step in words, for the log.
     proof: the proof that no state is lower; None without a proof.
@@ -58,9 +60,15 @@ class CoulombRun:
         self.incremental: Solution | None = None
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
         self.ended: Solution | None = None
+        self.stopped: TimeLimitReached | None = None
         self.seconds_before = 0.0
         self.note = ""
         self.proof: Proof | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """True if a step or the time limit has ended the run."""
+        return self.ended is not None or self.stopped is not None
 
     @property
     def programs(self) -> int:
@@ -167,6 +175,7 @@ class LowestState:
         if state.load_factor > ZERO:
             self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state))
             self.met.add(state.load_factor)
+            self._report()
 
     def near(self, start: Answer) -> None:
         """Look for an exact state near given joint forces, by the simplex or an interior-point method.
@@ -184,6 +193,7 @@ class LowestState:
         found = self._alternation.state_near(start.q, start.d if start.exact else None)
         found = found if found is not None and self._counts(found) else None
         self._by_programs = _exact_or_lower(self._by_programs, found)
+        self._report()
         if self._problem.layout.round:
             self.met.count(found if found is not None and found.exact else exact)
 
@@ -203,10 +213,17 @@ class LowestState:
         for state in search.fixed_number(known, _forces_of_steps(history, settings.steps_in_space)):
             if state is not None and self._counts(state, state.below):
                 self._by_programs = _exact_or_lower(self._by_programs, state.answer)
+                self._report()
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._counts(state, state.below):
             self._lowest = lower_of(self._lowest, state)
+            self._report()
+
+    def _report(self) -> None:
+        """Report the load factor of the answer to the user."""
+        if self.answer is not None:
+            self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
         """Record a state's load factor if its mechanism is meaningful; return True if it may be the answer.

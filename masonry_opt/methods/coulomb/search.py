@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from masonry_opt.deadline import TimeLimitReached
 from masonry_opt.methods.bounds.settings import BUDGET, ProofBudget
 from masonry_opt.methods.coulomb.run import with_proof
 from masonry_opt.methods.exact.refiner import (
@@ -23,6 +24,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.stopped import with_answer
 
 if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof
@@ -76,8 +78,8 @@ def search_lower(
 ) -> Solution:
     """Search from the forces of a solution and from further starts; return the exact state of lowest λ.
 
-    The search ends when its time is over, when it is proven that no state is lower, or when the user
-    interrupts it. The first solution is returned, with a reason, if no exact state is found.
+    The search ends when its time is over, when it is proven that no state is lower, or when the user or the
+    time limit interrupts it. The first solution is returned, with a reason, if no exact state is found.
     """
     if first.proven_none or (first.q is None and limits.seconds is None):
         return first
@@ -100,10 +102,10 @@ def search_lower(
             _search_on(search, lowest, limits, budget)
     except RefinerTimeout:
         lowest.missed = Code.NO_TIME
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         if limits.seconds is None or lowest.state is None:
             raise
-        lowest.interrupted = True
+        lowest.stop = stop
     return _solution(task, first, lowest, finder, limits.seconds is not None)
 
 
@@ -138,7 +140,7 @@ class _Lowest:
         self.stationary: bool | None = (
             None  #: True if no mechanism that was tried lowers the state; None if not known
         )
-        self.interrupted = False  #: True if the user ended the search
+        self.stop: KeyboardInterrupt | None = None  #: signal of the user or time limit that ended the search
         self.missed = Code.NOT_FOUND  #: reason for having no state
         self.history: list[LowerState] = []
         self.met = StateRecord()  #: states of all candidates
@@ -188,6 +190,7 @@ class _Lowest:
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))
+        self._task.effort.lowers(state.load_factor)
         self._task.progress(self.history[-1])
 
 
@@ -216,10 +219,12 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
     history = tuple(lowest.history)
     solution = Solution(Status.CONVERGED, kind, (), answer, history=history, solver=task.solver)
-    solution = replace(lowest.met.recorded_in(solution), interrupted=lowest.interrupted)
+    solution = replace(lowest.met.recorded_in(solution), interrupted=lowest.stop is not None)
     if searched:
-        counts = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
+        counts = {"candidates": lowest.met.candidates, "interrupted": lowest.stop is not None}
         solution = solution.telling(reason(Code.SEARCHED, **counts))
+    if isinstance(lowest.stop, TimeLimitReached):
+        solution = with_answer(solution, lowest.stop, task.effort)
     stationary = None if is_kept else lowest.stationary
     matters = first.flow_rule_matters
     solution = with_proof(solution, lowest.proof or first.proof)

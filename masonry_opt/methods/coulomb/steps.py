@@ -64,8 +64,6 @@ class Incremental:
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
-            for step in found.history:
-                task.progress(step)
         run.incremental = found
         run.known = replace(run.known, history=found.history)
         if found.status is Status.UNSTABLE:
@@ -96,7 +94,6 @@ class ExactFrom:
 
     def run(self, run: CoulombRun) -> None:
         """Look for an exact state; end the run if a proof shows that no load factor exists."""
-        run.effort.begins("exact states nearby")
         if self.start == "associative":
             self._run_from_associative(run)
             return
@@ -136,7 +133,6 @@ class FurtherStarts:
     def run(self, run: CoulombRun) -> None:
         """Look for states with a lower load factor."""
         assert run.incremental is not None
-        run.effort.begins("further starts")
         if run.problem.layout.round:
             run.states.look_further_in_space(run.incremental.load_history)
         else:
@@ -168,12 +164,14 @@ class LeastProven:
         # The SAT solver takes 30 ms to import.
         from masonry_opt.methods.bounds.least import LeastProof
 
-        run.effort.begins("proof of the least")
         known = run.answer if run.answer is not None and run.answer.exact else None
         search = LeastProof(run.task, known, run.known.associative)
-        search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
-        if search.best is not None and search.best is not known:
-            run.states.lower_to(search.best)
+        try:
+            search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
+        finally:
+            # The time limit may end the search after a lower state was found.
+            if search.best is not None and search.best is not known:
+                run.states.lower_to(search.best)
         if search.best is not None:
             run.proof = search.proof
         run.note = self._note(search)

@@ -212,13 +212,15 @@ class ContactLaw:
         """Return the slip P ≥ 0 of the joints that slide, shape (c,), by Newton's method within a bracket."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
+        # The excess is a difference of terms as large as the shear, whose rounding limits the accuracy.
+        rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
             n, pressed = self._press(trial + opens * slip)
             excess = slides * (size - stiff * slip - self.cohesion - self.friction * n.sum(axis=0))
             low, high = np.where(excess > 0, slip, low), np.where(excess < 0, slip, high)
             step = excess / (stiff + self.friction * opens * pressed.sum(axis=(0, 1)))
-            if (np.abs(step) <= 1e-15 * high).all():
+            if (np.abs(step) <= rounding).all():
                 break
             newton = slip + step
             slip = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2)
@@ -229,7 +231,8 @@ class StrengthPolygon:
     """Admissible normal forces of joints of limited strength: a convex polygon in the plane of n₁ and n₂.
 
     The chords of the strength parabola bound the moment for either sense. As the stiffness is alike at both
-    contact points, the elastic return is the projection onto the polygon.
+    contact points, the elastic return is the projection onto the polygon. Forces are divided by the crushing
+    force, so that all joints have one polygon.
     """
 
     def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
@@ -237,8 +240,8 @@ class StrengthPolygon:
         self._crushing_force = crushing_force  #: f_c L, shape (l,)
 
     @cached_property
-    def _corners(self) -> np.ndarray:
-        """Corners of the polygon, divided by the crushing force, counter-clockwise, shape (corners, 2)."""
+    def _sides(self) -> "PolygonSides":
+        """Sides of the polygon, counter-clockwise."""
         # Knots of the chords are values of x = n / (f_c L). At a knot m = L/2 · x (1 - x), so that n₁, n₂ =
         # (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
@@ -246,26 +249,53 @@ class StrengthPolygon:
         x = np.concatenate([[0.0], inner, [1.0]])
         moment = np.concatenate([[0.0], slope[:-1] * inner + constant[:-1], [0.0]])
         upper = np.stack([(x + moment) / 2, (x - moment) / 2], axis=1)
-        return np.concatenate([upper, upper[-2:0:-1, ::-1]])
+        return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest admissible normal forces (2, l), and their derivative (2, 2, l)."""
-        corners = self._corners[:, :, None] * self._crushing_force
+        points, sides = trial / self._crushing_force, self._sides
+        distances = sides.distances(points)
+        outside = np.flatnonzero(distances.max(axis=0) > 0)
+        forces, rates = trial.copy(), np.zeros((2, *trial.shape))
+        rates[0, 0] = rates[1, 1] = 1.0
+        if len(outside):
+            nearest, rates[:, :, outside] = sides.project(points[:, outside], distances[:, outside])
+            forces[:, outside] = nearest * self._crushing_force[outside]
+        return forces, rates
+
+
+class PolygonSides:
+    """Sides of a convex polygon, from corner to corner counter-clockwise, shape (corners,)."""
+
+    def __init__(self, corners: np.ndarray) -> None:
         sides = np.roll(corners, -1, axis=0) - corners
-        length = np.hypot(sides[:, 0], sides[:, 1])
-        along = sides / length[:, None]
-        offset = trial - corners
-        # Corners are counter-clockwise, so the interior lies to the left of each side.
-        outside = (along[:, 1] * offset[:, 0] - along[:, 0] * offset[:, 1]).max(axis=0) > 0
-        share = np.clip((offset * along).sum(axis=1), 0.0, length)
-        foot = corners + share[:, None] * along
-        distance = np.hypot(*np.moveaxis(trial - foot, 1, 0))
-        nearest = distance.argmin(axis=0)
-        each = np.arange(trial.shape[1])
-        on_side = (share[nearest, each] > 0) & (share[nearest, each] < length[nearest, each])
-        tangent = along[nearest, :, each].T
-        rates = np.where(outside, on_side * tangent[:, None] * tangent, np.eye(2)[:, :, None])
-        return np.where(outside, foot[nearest, :, each].T, trial), rates
+        self._corners = corners  #: first corner of each side, shape (corners, 2)
+        self._length = np.hypot(sides[:, 0], sides[:, 1])
+        self._along = sides / self._length[:, None]  #: direction of each side, shape (corners, 2)
+        # The interior lies to the left of each side.
+        self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
+
+    def distances(self, points: np.ndarray) -> np.ndarray:
+        """Return the distances of points (2, l) from the lines of the sides, shape (corners, l).
+
+        Distances are positive outside the polygon.
+        """
+        of_corners = (self._outward * self._corners).sum(axis=1)
+        distances: np.ndarray = self._outward @ points - of_corners[:, None]
+        return distances
+
+    def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of the polygon nearest to points outside (2, l), and the derivative (2, 2, l).
+
+        ``distances`` are those of the points from the lines of the sides.
+        """
+        place = self._along @ points - (self._along * self._corners).sum(axis=1)[:, None]
+        within = np.clip(place, 0.0, self._length[:, None])
+        nearest = (distances**2 + (place - within) ** 2).argmin(axis=0)
+        at = within[nearest, np.arange(points.shape[1])]
+        along = self._along[nearest].T
+        on_side = (at > 0) & (at < self._length[nearest])
+        return self._corners[nearest].T + at * along, on_side * along[:, None] * along
 
 
 def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:

@@ -23,6 +23,7 @@ from math import sqrt
 
 import numpy as np
 
+from masonry_opt.deadline import check_time
 from masonry_opt.methods.incremental.contact_law import (
     ContactLaw,
     Response,
@@ -199,7 +200,11 @@ class EquilibriumSolver:
         return factors
 
     def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
-        """Return the displacements under loads, shape (3b,) or (3b, count), for a tangent (3, 3, m)."""
+        """Return the displacements under loads, shape (3b,) or (3b, count), for a tangent (3, 3, m).
+
+        Raises TimeLimitReached if the time limit of the analysis is over.
+        """
+        check_time()
         self.iterations += 1
         return self.factors(tangent, damping).solve(right)
 

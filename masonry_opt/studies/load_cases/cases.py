@@ -98,6 +98,11 @@ class Cases(StudyAnswer):
         return next(itertools.compress(self.results, least), None)
 
     @property
+    def time_limit_reached(self) -> bool:
+        """True if the time limit ended the analysis of a load case."""
+        return any(result.time_limit_reached for result in self.results.values())
+
+    @property
     def usable(self) -> bool:
         """True if all load cases have a usable load factor."""
         return all(result.usable for result in self.results.values())

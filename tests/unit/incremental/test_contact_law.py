@@ -8,8 +8,9 @@ from scenes import block_on_floor, on_floor
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.methods.incremental.contact_law import ContactLaw
+from masonry_opt.methods.incremental.contact_law import ContactLaw, StrengthPolygon
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import rectangle
 
@@ -161,3 +162,47 @@ def test_tangent_is_the_derivative(joint, point, dimension, dilatancy, crushing_
             change[kind] = 1e-6
             difference = law.respond(trial + change).forces - law.respond(trial - change).forces
             np.testing.assert_allclose(tangent[:, kind], difference / 2e-6, atol=1e-7)
+
+
+def test_crushing_forces_are_the_projection_of_the_trial_forces():
+    """For the nearest point f of a convex set to a trial point t, (t - f)·(g - f) ≤ 0 for every g of the set.
+
+    The points g lie on the chords, which are 28 secants of the parabola m = x (1 - x) / 2 with x = n₁ + n₂.
+    """
+    rng = np.random.default_rng(1)
+    crushing_force = rng.uniform(0.5, 2.0, 200)
+    trial = rng.normal(0.2, 1.0, (2, 200)) * crushing_force
+    forces, _ = StrengthPolygon(np.arange(200), crushing_force).project(trial)
+    inner = (CHORDS.constant[1:] - CHORDS.constant[:-1]) / (CHORDS.slope[:-1] - CHORDS.slope[1:])
+    x = np.array([0.0, *inner, 1.0])
+    moment = np.minimum.reduce(CHORDS.slope[:, None] * x + CHORDS.constant[:, None])
+    corners = np.concatenate([np.stack([x + m, x - m]) / 2 for m in (moment, -moment)], axis=1)
+    towards = corners[:, :, None] * crushing_force - forces[:, None]
+    assert np.einsum("il,ikl->kl", trial - forces, towards).max() <= 1e-12
+    half, total = np.abs(forces[0] - forces[1]) / crushing_force, forces.sum(axis=0) / crushing_force
+    assert (half[:, None] <= total[:, None] * CHORDS.slope + CHORDS.constant + 1e-12).all()
+
+
+def test_slip_under_dilatancy_takes_few_iterations(joint):
+    """Both ends press, so that the excess of the shear is linear in the slip and one Newton step suffices.
+
+    A slip that is small beside the shear must not prolong the iterations, because of rounding errors.
+    """
+    law = law_of(joint, friction=0.6, dilatancy=0.4)
+    calls = 0
+    press = law._press
+
+    def counted_press(trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        nonlocal calls
+        calls += 1
+        return press(trial)
+
+    law._press = counted_press
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        normal = rng.uniform(100, 1000, 2)
+        excess = 10 ** rng.uniform(-12, -1)
+        calls = 0
+        law.respond(column(*normal, 0.6 * normal.sum() * (1 + excess)))
+        # One evaluation for the trial, one for the step, one that finds no excess, and one for the forces.
+        assert calls == 4

@@ -43,7 +43,8 @@ VALUES = {
     "other": 22.0, "pairs": [["A", "B"]], "per_area": True, "period": 2, "rates": 100.0, "ratio": 1000.0,
     "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "searched": False, "size": 3.0, "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
-    "time_limit": 60.0, "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
+    "time_limit": 60.0, "seconds": 20.0, "phase": "further starts", "last": 0.5,
+    "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
     "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
 }  # fmt: skip
 

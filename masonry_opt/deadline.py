@@ -1,0 +1,73 @@
+"""Deadline of an analysis: a time limit that all solvers and all long loops respect.
+
+A deadline applies to all code that runs within :func:`limited`. Solvers pass the remaining seconds on to
+their libraries, and loops call :func:`check_time`. At the deadline TimeLimitReached is raised. It is a
+KeyboardInterrupt, so that code which keeps a result after Ctrl-C also keeps it at the deadline.
+"""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from math import inf
+
+#: Remaining seconds below which a solver that ended without an optimum counts as stopped by the deadline.
+#: Solvers measure time with clocks of their own. If this value is smaller, a program that was stopped may
+#: count as failed; if it is larger, a program that failed may count as stopped.
+SAME_TIME = 0.1
+
+
+class TimeLimitReached(KeyboardInterrupt):
+    """Signal that the time limit of an analysis is over.
+
+    Attributes
+    ----------
+    seconds: the time limit, in seconds.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__(f"time limit of {seconds:g} s")
+        self.seconds = seconds
+
+
+#: Deadline as a value of ``time.perf_counter``, and the time limit in seconds from which it was computed.
+_deadline: ContextVar[tuple[float, float]] = ContextVar("deadline", default=(inf, inf))
+
+
+@contextmanager
+def limited(seconds: float | None) -> Iterator[None]:
+    """Limit the time of the ``with`` block; with None only an outer time limit applies.
+
+    Within another time limit the earlier deadline applies.
+    """
+    if seconds is None:
+        yield
+        return
+    own = time.perf_counter() + seconds, seconds
+    token = _deadline.set(min(own, _deadline.get()))
+    try:
+        yield
+    finally:
+        _deadline.reset(token)
+
+
+@contextmanager
+def unlimited() -> Iterator[None]:
+    """Suspend the time limit within the ``with`` block, whose code limits its time by itself."""
+    token = _deadline.set((inf, inf))
+    try:
+        yield
+    finally:
+        _deadline.reset(token)
+
+
+def seconds_left() -> float:
+    """Return the seconds until the deadline: zero after it, infinite without a time limit."""
+    return max(_deadline.get()[0] - time.perf_counter(), 0.0)
+
+
+def check_time(within: float = 0.0) -> None:
+    """Raise TimeLimitReached if the deadline has passed, or is less than ``within`` seconds away."""
+    deadline, seconds = _deadline.get()
+    if time.perf_counter() + within >= deadline:
+        raise TimeLimitReached(seconds)

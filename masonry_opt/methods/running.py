@@ -1,0 +1,105 @@
+"""Run a method, and look for a collapse in which the live load does no work if the method finds no answer.
+
+Modules that declare programs are imported where they are used: modelling languages take seconds.
+"""
+
+import warnings
+
+import numpy as np
+
+from masonry_opt.errors import LongAnalysisWarning
+from masonry_opt.methods.task import Method, Task
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SAME
+
+#: Largest number of joints with which a collapse without work of the live load is looked for, if a method
+#: finds no load factor.
+_MOST_JOINTS_NO_WORK = 8000
+
+#: Largest number of joints in the plane with which a Coulomb method takes no more than some minutes; see
+#: "Façades" in benchmarks/README.md. With a larger number the warning about long analyses comes later.
+_MOST_JOINTS_IN_MINUTES = 30_000
+
+#: Largest number of contact points in space with which a Coulomb method takes no more than some minutes. With
+#: a larger number the warning about long analyses comes later.
+_MOST_CONTACTS_IN_MINUTES = 10_000
+
+#: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
+#: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
+NO_WORK = 1e-3
+
+
+def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> None:
+    """Warn before an analysis that will take more than some minutes, if the user set no time limit."""
+    contacts = "contact points" if problem.layout.round else "joints"
+    most = _MOST_CONTACTS_IN_MINUTES if problem.layout.round else _MOST_JOINTS_IN_MINUTES
+    if method.associative or time_limit is not None or problem.joints <= most:
+        return
+    scene = f"the scene has {problem.joints} {contacts}"
+    advice = "method 'static' is several times as fast, and a time limit ends the analysis"
+    warnings.warn(
+        f"{scene}, so that method '{method.name}' will take many minutes: {advice}",
+        LongAnalysisWarning,
+        stacklevel=2,
+    )
+
+
+def run_method(method: Method, task: Task) -> Solution:
+    """Return the solution of a method.
+
+    A collapse in which the live load does no work is looked for in three cases:
+
+    - before the method runs, if the incremental load factor is that of such a collapse;
+    - if a Coulomb method finds no load factor;
+    - if a load history ends in a range, with a motion of such a collapse. The exact load factor then replaces
+      the range if it is inside the range.
+    """
+    before, incremental = None, task.incremental
+    if incremental is None or not incremental.has(Code.NO_WORK):
+        before = method.run(task)
+        if before.status is Status.TIME_LIMIT:
+            return before
+        # A method that seeks exact states gives the answer of the load history only if it finds no exact
+        # state.
+        has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
+        if not has_no_state and _ends_without_work(task.problem, before):
+            return _exact_without_work(task, method, before)
+        falls = before.status is Status.UNSTABLE
+        has_answer = before.answer is not None and not before.failing() and not has_no_state
+        is_decided = has_answer or before.proven_none or falls
+        if is_decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _MOST_JOINTS_NO_WORK:
+            return before
+        from masonry_opt.methods.associative import with_associative
+
+        before = with_associative(task, before)
+        if before.associative is None:
+            return before
+    from masonry_opt.methods.no_work import without_work
+
+    return without_work(task, method.run, before) or before or method.run(task)
+
+
+def _ends_without_work(problem: Problem, solution: Solution) -> bool:
+    """Return True if a load history ends with a range of λ and a motion without work of the live load."""
+    if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
+        return False
+    sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
+    return bool(problem.live @ solution.d <= NO_WORK * sizes)
+
+
+def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
+    """Return the exact state in which the live load does no work if its λ is in the range of ``before``.
+
+    Else ``before`` is returned, the solution with the range.
+    """
+    from masonry_opt.methods.no_work import without_work
+
+    exact = without_work(task, method.run, before)
+    limits = before.values_of(Code.RANGE)
+    if exact is None or exact.load_factor is None:
+        return before
+    is_within = limits["carried"] * (1 - SAME) <= exact.load_factor <= limits["not_carried"] * (1 + SAME)
+    return exact if is_within else before

@@ -1,0 +1,36 @@
+"""Solutions of analyses that the time limit has ended, with or without an answer."""
+
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+from masonry_opt.deadline import TimeLimitReached
+from masonry_opt.effort import Effort
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.load_history import LoadStep
+from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.solution import Solution
+
+
+def without_answer(kind: Kind, stop: TimeLimitReached, effort: Effort, last_step: Any = None) -> Solution:
+    """Return the solution of an analysis that the time limit ended before a collapse state was known.
+
+    ``last_step`` is the record of the last step of the method, whose load factor the reason names; None if
+    the method has made no step.
+    """
+    values: dict[str, Any] = {"carried": None, "last": None}
+    load_factor = getattr(last_step, "load_factor", None)
+    if load_factor is not None and isfinite(load_factor):
+        values["carried" if isinstance(last_step, LoadStep) else "last"] = float(load_factor)
+    return Solution(Status.TIME_LIMIT, kind, (_time_limit(stop, effort, **values),))
+
+
+def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> Solution:
+    """Return the solution of an analysis that the time limit ended, with the answer that it has so far."""
+    why = _time_limit(stop, effort, carried=None, last=None)
+    return replace(solution, interrupted=True).telling_first(why)
+
+
+def _time_limit(stop: TimeLimitReached, effort: Effort, **values: Any) -> Reason:
+    """Return the reason that the time limit ended an analysis in its present phase."""
+    return reason(Code.TIME_LIMIT, seconds=stop.seconds, phase=effort.phase, **values)

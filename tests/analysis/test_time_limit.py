@@ -1,0 +1,118 @@
+"""The time limit of an analysis: the lowest state by then, or the load carried by then, and why it ended."""
+
+import subprocess
+import sys
+import time
+import warnings
+
+import pytest
+from unit.test_house import ROOT
+
+import masonry_opt as mo
+from masonry_opt.deadline import TimeLimitReached, check_time, limited, seconds_left, unlimited
+from masonry_opt.effort import Effort
+from masonry_opt.errors import LongAnalysisWarning, OptionError
+from masonry_opt.methods.exact.search import Search
+from masonry_opt.solution.reasons import Code
+
+WALL = ROOT / "cases" / "ferris_tinloi" / "wall_1.toml"
+
+#: A wall whose analysis takes minutes with every method.
+LARGE = """
+[joints]
+friction = 0.65
+[wall]
+block = [0.25, 0.065]
+courses = [{courses}]
+repeat = 40
+unit_weight = 18
+live_per_weight = [1, 0]
+""".format(courses=", ".join(str(row) for row in ([1] * 60, [0.5] + [1] * 59 + [0.5])))
+
+
+def test_the_earlier_of_two_limits_applies():
+    with limited(100.0):
+        with limited(1000.0):
+            assert 99.0 < seconds_left() <= 100.0
+        with limited(1.0):
+            assert seconds_left() <= 1.0
+            with unlimited():
+                assert seconds_left() == float("inf")
+        assert seconds_left() > 99.0
+    assert seconds_left() == float("inf")
+
+
+def test_after_the_limit_the_next_phase_does_not_begin():
+    with limited(1e-9), pytest.raises(TimeLimitReached, match="1e-09 s"):
+        Effort().begins("further starts")
+    check_time()
+
+
+@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative", "coulomb", "incremental"])
+def test_every_method_ends_soon_after_its_limit(method, tmp_path):
+    """The wall has 4,860 blocks; parts without a check, such as compiling, may take some seconds longer."""
+    path = tmp_path / "large.toml"
+    path.write_text(LARGE)
+    began = time.perf_counter()
+    result = mo.solve(path, method, time_limit=4.0)
+    assert time.perf_counter() - began < 60
+    assert result.status is mo.Status.TIME_LIMIT
+    assert result.time_limit_reached
+    assert result.load_factor is None
+    assert result.as_dict()["time_limit_reached"] is True
+    assert "the time limit of 4 s ended the analysis" in result.message
+
+
+def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
+    """The search is stopped in its fifth start, as if the time were over; Table 1 has 0.64285."""
+    start = Search.start
+
+    def stopped(search, q):
+        if search.met.candidates == 4:
+            raise TimeLimitReached(7.0)
+        return start(search, q)
+
+    monkeypatch.setattr(Search, "start", stopped)
+    result = mo.solve(WALL, search=60.0)
+    assert result.time_limit_reached
+    assert result.usable
+    assert result.exact
+    assert 0.6 < result.load_factor < 0.64285
+    assert result.reasons[0].code is Code.TIME_LIMIT
+    assert "the time limit of 7 s ended" in result.summary
+
+
+def test_a_limit_that_is_not_reached_changes_nothing():
+    without, within = mo.solve(WALL), mo.solve(WALL, time_limit=500.0)
+    assert within.load_factor == without.load_factor
+    assert not within.time_limit_reached
+
+
+@pytest.mark.parametrize("limit", [0, -1.0, float("inf"), float("nan"), "20", True])
+def test_a_wrong_limit_is_refused(limit):
+    with pytest.raises(OptionError, match="time_limit must be a number of seconds above 0"):
+        mo.solve(WALL, time_limit=limit)
+
+
+@pytest.mark.slow
+def test_the_command_reports_progress_and_ends_with_exit_code_1(tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_text(LARGE)
+    program = "from masonry_opt.cli.app import main; main()"
+    command = [sys.executable, "-c", program, "solve", str(path), "--time-limit", "12"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert ran.returncode == 1
+    assert "stopped by the time limit" in ran.stdout
+    assert "10 s: large.toml: " in ran.stderr
+
+
+def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
+    """Methods of classical limit analysis, and analyses with a time limit, are not announced."""
+    monkeypatch.setattr("masonry_opt.methods.running._MOST_JOINTS_IN_MINUTES", 80)
+
+    with pytest.warns(LongAnalysisWarning, match="83 joints.*'coulomb' will take many minutes.*'static'"):
+        mo.solve(WALL, descent=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mo.solve(WALL, "static")
+        mo.solve(WALL, time_limit=500.0, descent=False)
