@@ -322,9 +322,10 @@ def loaded_pieces(
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint lies midway between the edges of its two blocks, at most half the tolerance from each edge.
-        # With twice the tolerance, the line of the load always finds this joint.
-        covering, covered = along(*joint_lines, start, end, 2 * shapes.tolerance)
+        # A joint lies midway between the edges of its two blocks, at most half the contact tolerance from
+        # each edge. With a larger distance, the line of the load always finds this joint.
+        near = shapes.tolerance + shapes.contact_tolerance
+        covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []
         for edge, span in zip(edges[movable], spans[movable], strict=True):
             block = owner[edge]

@@ -1,0 +1,191 @@
+"""Find stones that are drawn without their mortar, and the contact tolerance that joins them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_opt.errors import counted
+from masonry_opt.scene.contacts.gaps import Closing, closing
+from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
+from masonry_opt.scene.contacts.sides import LEAN, Facing
+from masonry_opt.scene.geometry import MORTAR, RELATIVE_TOLERANCE, Extents, raise_for, refuse_too_thin
+from masonry_opt.scene.rows import linked
+from masonry_opt.scene.scene import Scene
+
+#: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
+#: larger value, the advised tolerance also closes narrow openings.
+_WIDEST_OF_MORTAR = 2.0
+
+#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as
+#: parallel. With a larger value, errors of coordinates count as gaps that are meant.
+_PARALLEL_ERROR = 0.1
+
+#: Smallest thickness of a block, relative to ``tolerance``. Thinner blocks are refused. With a smaller value,
+#: both sides of a block would be one line or plane.
+_THINNEST = 2.0
+
+
+@dataclass(frozen=True)
+class Bridge:
+    """Contact tolerance, or tolerance, that connects floating blocks to supports."""
+
+    closing: Closing  #: option of the scene, with its smallest value
+    gap: float  #: width of the widest gap that the option closes
+    widest: tuple[int, int]  #: blocks on both sides of the widest gap
+    joints: int  #: number of joints that the option adds
+    blocks: int  #: number of floating blocks that the option connects to supports
+    remaining: np.ndarray  #: indices of the blocks that remain without support
+    neighbour: dict[int, tuple[int, float]]  #: block that each block faces, and the width of the gap
+
+    def advice(self, scene: Scene) -> str:
+        """Return the advice to set the option, with its effect, for messages."""
+        one, other = (repr(scene.blocks[index].name) for index in self.widest)
+        instead = " and remove 'tolerance'" if self._replaces_tolerance(scene) else ""
+        makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
+        connects = f"connects {counted(self.blocks, 'block')} to supports"
+        return (
+            f"{self.closing.advice}{instead}, which {makes} (widest between {one} and {other}) and {connects}"
+        )
+
+    def _replaces_tolerance(self, scene: Scene) -> bool:
+        """Return True if the scene has a tolerance that is as large as the gaps between its stones."""
+        given = scene.tolerance or 0.0
+        return self.closing.option == "contact_tolerance" and given >= LEAN * self.gap
+
+
+def find_bridge(
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], near: Closing
+) -> Bridge | None:
+    """Return the smallest tolerance that connects floating blocks to supports; None if no tolerance does.
+
+    The tolerance is that of the widest gap that must be closed, or of wider gaps that are mortar of the same
+    masonry.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes.
+    joined : tuple of ndarray
+        The two blocks of each joint, tie and prop.
+    near : Closing
+        Option that closes the small gaps of the scene.
+    """
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    ends = pairs[facing.pair]
+    is_joined = np.isin(_codes(ends, scene), _codes(np.column_stack(joined), scene))
+    is_new = ~is_joined | (facing.most > shapes.contact_tolerance)
+
+    def floating(gap: float) -> np.ndarray:
+        """Return the blocks without support if gaps up to a given width are closed."""
+        closed = ends[facing.most <= gap]
+        group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
+        return np.flatnonzero(~np.isin(group, group[scene.fixed]))
+
+    widths = np.unique(facing.most[is_new])
+    before = len(floating(-np.inf))
+    if not len(widths) or len(floating(widths[-1])) == before:
+        return None
+    remaining = floating(widths[-1])
+    low, high = 0, len(widths) - 1
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if len(floating(widths[middle])) == len(remaining) else (middle + 1, high)
+    usual = np.median(facing.most[is_new & (facing.most <= widths[low])])
+    is_mortar = is_new & ((facing.most <= widths[low]) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual))
+    gap = float(facing.most[is_mortar].max())
+    closed = np.flatnonzero(is_new & (facing.most <= gap))
+    option = closing(scene, shapes, pairs, facing.where(closed))
+    error = facing.angle[closed] * facing.shorter[closed]
+    if len(closed) > 1 and (error <= _PARALLEL_ERROR * facing.most[closed]).all():
+        # The sides of all gaps are parallel, so that the gaps are meant and are no errors of coordinates.
+        option = Closing("contact_tolerance", gap)
+    elif option.option == near.option == "tolerance":
+        option = Closing("tolerance", max(option.tolerance, near.tolerance))
+    first, second = ends[closed[facing.most[closed].argmax()]].tolist()
+    neighbour: dict[int, tuple[int, float]] = {}
+    for row in closed[np.argsort(-facing.most[closed], kind="stable")].tolist():
+        i, j = ends[row].tolist()
+        neighbour[i], neighbour[j] = (j, float(facing.most[row])), (i, float(facing.most[row]))
+    connected = before - len(floating(gap))
+    return Bridge(option, gap, (first, second), len(closed), connected, remaining, neighbour)
+
+
+def lost_joints(
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
+) -> dict[tuple[int, int], float]:
+    """Return the pairs of blocks that touch within the tolerance, but have no joint because it is too large.
+
+    The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
+    width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
+    """
+    if shapes.tolerance <= LEAN**2 * shapes.width[~scene.fixed].min():
+        return {}
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    ends = pairs[facing.pair]
+    is_lost = (facing.most <= shapes.contact_tolerance) & ~np.isin(
+        _codes(ends, scene), _codes(np.column_stack(joined), scene)
+    )
+    is_lost &= facing.width > LEAN * shapes.width[ends].min(axis=1)
+    gaps = np.where(facing.most > _default_tolerance(scene, shapes), facing.most, 0.0)
+    lost: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
+        lost[i, j] = max(lost.get((i, j), 0.0), width)
+    return lost
+
+
+def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
+    """Raise CaseError if a movable block is not thicker than the tolerances of the scene.
+
+    The message names the thinnest block.
+    """
+    is_large = shapes.tolerance > LEAN * shapes.width[~scene.fixed].min()
+    if scene.contact_tolerance is None and not is_large:
+        return
+    thickness = np.where(scene.fixed, np.inf, shapes.thickness())
+    thinnest = np.argsort(thickness, kind="stable")
+    least = float(thickness[thinnest[0]])
+    refuse_too_thin(scene, np.arange(len(thickness)), thickness, (_THINNEST * shapes.tolerance, 0.0))
+    if scene.contact_tolerance is None:
+        return
+    too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
+    bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
+    raise_for(
+        too_thin, scene, f"is {least:.3g} thick, {bridges}: lower 'contact_tolerance' to the widest joint"
+    )
+
+
+def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
+    """Return pairs of blocks, and their sides that touch or face each other across a possible mortar joint.
+
+    The sides are found with the default tolerance of lengths, so that a large tolerance of the scene hides
+    none of them.
+    """
+    fine = replace(shapes, tolerance=min(shapes.tolerance, _default_tolerance(scene, shapes)))
+    movable_width = shapes.width[~scene.fixed]
+    thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
+    # The widest end of a wedge-shaped gap may be twice as wide as its middle.
+    pairs = near_pairs(scene, fine, 2 * thickest)
+    pairs = pairs[~scene.fixed[pairs].all(axis=1)]
+    most = thickest[pairs].min(axis=1, initial=np.inf)
+    facing = facing_sides(scene, fine, pairs, 2 * most)
+    return pairs, facing.where(_mean_gap(facing) <= most[facing.pair])
+
+
+def _default_tolerance(scene: Scene, shapes: Extents) -> float:
+    """Return the tolerance of lengths that a scene without the key ``tolerance`` would have."""
+    low, high = (corners[~scene.fixed] for corners in shapes.boxes)
+    return RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
+
+
+def _mean_gap(facing: Facing) -> np.ndarray:
+    """Return the mean distance of sides that face each other, shape (facing,)."""
+    mean: np.ndarray = facing.most - facing.angle * facing.width / 2
+    return mean
+
+
+def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return one number for each pair of blocks, whatever their order, shape (pairs,)."""
+    codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
+    return codes
