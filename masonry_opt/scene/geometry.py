@@ -388,6 +388,8 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     # Upper edges run leftwards, because a block lies to the left of its edges.
     upper = np.flatnonzero(tip[:, 0] < tail[:, 0])
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
+    if shapes.contact_tolerance > shapes.tolerance:
+        tail, tip = with_closed_gaps(tail, tip, owner, shapes.contact_tolerance)
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
     # Drop cuts that are closer than the tolerance, so that short pieces join their neighbours.
@@ -405,6 +407,26 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     edge_number = np.where(has_edge, upper[edge], -1)
     block = np.where(has_edge, owner[edge], -1)
     return Profile(x, np.where(has_edge[:, None], y, np.nan), np.interp(x, *points.T), edge_number, block)
+
+
+def with_closed_gaps(
+    tail: np.ndarray, tip: np.ndarray, owner: np.ndarray, widest: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return both ends of edges of blocks, moved to the middle of the gaps between neighbours.
+
+    A gap lies between the start (``tail``) of an edge and the end (``tip``) of an edge of another block, if
+    their distance is at most ``widest``. ``owner`` is the block of each edge.
+    """
+    start, end = shapely.STRtree(shapely.points(tip)).query(shapely.points(tail), "dwithin", widest)
+    other_block = owner[start] != owner[end]
+    start, end = start[other_block], end[other_block]
+    nearest = np.argsort(np.hypot(*(tail[start] - tip[end]).T), kind="stable")
+    start, end = start[nearest], end[nearest]
+    first = np.intersect1d(np.unique(start, return_index=True)[1], np.unique(end, return_index=True)[1])
+    start, end = start[first], end[first]
+    closed_tail, closed_tip = tail.copy(), tip.copy()
+    closed_tail[start] = closed_tip[end] = (tail[start] + tip[end]) / 2
+    return closed_tail, closed_tip
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
