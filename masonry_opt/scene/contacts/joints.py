@@ -30,7 +30,7 @@ from masonry_opt.scene.space.faces import place
 _COORDINATE_ROUNDING = 64.0
 
 #: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other block.
-_INSIDE = 0.999
+_SHARE_INSIDE = 0.999
 
 #: Largest width of the gap between two blocks, by the pair of the blocks' indices.
 Gaps = dict[tuple[int, int], float]
@@ -232,7 +232,11 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    has_no_gap = ~np.isin(meeting, across.pair)
+    lost = lost_joints(scene, shapes, (first, second))
+    # Other warnings name the pairs of blocks with a gap, or with a lost joint.
+    has_no_gap = np.array(
+        [tuple(pair) not in {**gaps, **lost} for pair in pairs[meeting].tolist()], dtype=bool
+    )
     if not floating:
         refuse_floating(scene, shapes, (first, second), closes_gaps)
     normal = np.concatenate([shared.normal, contacts.normal])[order]
@@ -264,7 +268,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         closing=closes_gaps,
-        lost=lost_joints(scene, shapes, (first, second)),
+        lost=lost,
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
@@ -348,7 +352,7 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
     remedy = ""
-    if size[worst] > _INSIDE * shapes.size[pairs[worst]].min():
+    if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
         remedy = ", or remove one: one block is inside the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
