@@ -1,5 +1,6 @@
 """Find stones that are drawn without their mortar, and the contact tolerance that joins them."""
 
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,8 +59,8 @@ def find_bridge(
 ) -> Bridge | None:
     """Return the smallest tolerance that connects floating blocks to supports; None if no tolerance does.
 
-    The tolerance is that of the widest gap that must be closed, or of wider gaps that are mortar of the same
-    masonry.
+    The tolerance is the width of the widest gap that must be closed, or of a wider gap that is mortar of the
+    same masonry.
 
     Parameters
     ----------
@@ -73,9 +74,9 @@ def find_bridge(
         Option that closes the small gaps of the scene.
     """
     pairs, facing = _facing_across_mortar(scene, shapes)
+    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
+    facing = facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
     ends = pairs[facing.pair]
-    is_joined = np.isin(_codes(ends, scene), _codes(np.column_stack(joined), scene))
-    is_new = ~is_joined | (facing.most > shapes.contact_tolerance)
 
     def floating(gap: float) -> np.ndarray:
         """Return the blocks without support if gaps up to a given width are closed."""
@@ -83,33 +84,42 @@ def find_bridge(
         group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
         return np.flatnonzero(~np.isin(group, group[scene.fixed]))
 
-    widths = np.unique(facing.most[is_new])
-    before = len(floating(-np.inf))
-    if not len(widths) or len(floating(widths[-1])) == before:
+    before, remaining = len(floating(-np.inf)), floating(np.inf)
+    if len(remaining) == before:
         return None
-    remaining = floating(widths[-1])
-    low, high = 0, len(widths) - 1
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if len(floating(widths[middle])) == len(remaining) else (middle + 1, high)
-    usual = np.median(facing.most[is_new & (facing.most <= widths[low])])
-    is_mortar = is_new & ((facing.most <= widths[low]) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual))
+    widths = np.unique(facing.most)
+    needed = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
+    usual = float(np.median(facing.most[facing.most <= needed]))
+    is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
-    closed = np.flatnonzero(is_new & (facing.most <= gap))
-    option = closing(scene, shapes, pairs, facing.where(closed))
-    error = facing.angle[closed] * facing.shorter[closed]
-    if len(closed) > 1 and (error <= _PARALLEL_ERROR * facing.most[closed]).all():
-        # The sides of all gaps are parallel, so that the gaps are meant and are no errors of coordinates.
-        option = Closing("contact_tolerance", gap)
-    elif option.option == near.option == "tolerance":
-        option = Closing("tolerance", max(option.tolerance, near.tolerance))
-    first, second = ends[closed[facing.most[closed].argmax()]].tolist()
+    closed = facing.where(facing.most <= gap)
+    closed_ends = pairs[closed.pair]
+    # Widths that differ by rounding are equal, so that the first of several blocks is named.
+    width = np.round(closed.most / gap, 6)
+    first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
-    for row in closed[np.argsort(-facing.most[closed], kind="stable")].tolist():
-        i, j = ends[row].tolist()
-        neighbour[i], neighbour[j] = (j, float(facing.most[row])), (i, float(facing.most[row]))
+    for row in np.argsort(width, kind="stable").tolist():
+        i, j = closed_ends[row].tolist()
+        neighbour.setdefault(i, (j, float(closed.most[row])))
+        neighbour.setdefault(j, (i, float(closed.most[row])))
     connected = before - len(floating(gap))
-    return Bridge(option, gap, (first, second), len(closed), connected, remaining, neighbour)
+    option = _option(scene, shapes, pairs, closed, near)
+    return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour)
+
+
+def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
+    """Return the option of the scene that closes given gaps, and its value.
+
+    Several gaps with parallel sides are meant, and no errors of coordinates, so that the contact tolerance
+    closes them. If ``near`` is a tolerance, a tolerance closes the small gaps of the scene too.
+    """
+    option = closing(scene, shapes, pairs, closed)
+    is_parallel = closed.angle * closed.shorter <= _PARALLEL_ERROR * closed.most
+    if len(closed.pair) > 1 and is_parallel.all():
+        return Closing("contact_tolerance", float(closed.most.max()))
+    if option.option == near.option == "tolerance":
+        return Closing("tolerance", max(option.tolerance, near.tolerance))
+    return option
 
 
 def lost_joints(
