@@ -30,6 +30,10 @@ _NEAR_TOLERANCES = 3
 #: messages also suggest to bridge gaps that are openings.
 MORTAR = 0.35
 
+#: Allowance for curved edges that are drawn in chords, relative to the contact tolerance: the gap between two
+#: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
+_CHORD_ALLOWANCE = 0.05
+
 #: Rounding of a gap, relative to the gap, that the advice of a contact tolerance allows for.
 _GAP_ROUNDING = 1e-6
 
@@ -72,10 +76,10 @@ def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.n
 def contact_tolerance_of(scene: Scene, tolerance: float) -> float:
     """Return the largest gap or overlap of facing sides that are in contact.
 
-    The result is the tolerance of lengths, plus the contact tolerance if the scene has one. A gap that is as
-    wide as the contact tolerance is then closed, whatever its rounding.
+    The result is the tolerance of lengths, plus the contact tolerance if the scene has one, with an allowance
+    for chords. A gap that is as wide as the contact tolerance is then closed, whatever its rounding.
     """
-    return tolerance + (scene.contact_tolerance or 0.0)
+    return tolerance + (1 + _CHORD_ALLOWANCE) * (scene.contact_tolerance or 0.0)
 
 
 class Common(NamedTuple):

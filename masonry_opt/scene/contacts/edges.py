@@ -95,6 +95,13 @@ class FacingEdges(sides.Facing):
         return cls.between(pair[long], most[long], (start, end), accuracy, lean)
 
     @property
+    def inner_points(self) -> np.ndarray:
+        """Return the points at a quarter, a half and three quarters of each segment, shape (facing, 3, 2)."""
+        share = np.array([0.25, 0.5, 0.75])[:, None]
+        points: np.ndarray = self.start[:, None] + share * (self.end - self.start)[:, None]
+        return points
+
+    @property
     def breadth(self) -> np.ndarray:
         """Return the length of each segment, shape (facing,)."""
         return self.extent
@@ -147,6 +154,9 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
+    # Where a chain of segments across a gap bends, short segments may be left; they are corners.
+    is_wide = touching.extent > LEAN * touching.most
+    touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
         touching = _without_corners(touching, shapes.tolerance)
     whole = touching.then(across)
@@ -177,10 +187,12 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     """Yield the chains of consecutive segments of one pair of blocks, each simplified.
 
     A segment follows another one in a chain if it begins within two tolerances of the end of the other one.
+    Across a gap, curved edges drawn in chords need a larger tolerance, a tenth of the gap.
     """
+    nearest = max(tolerance, LEAN * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
-    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * tolerance)
+    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * nearest)
     follower = {int(part): int(distance[part].argmin()) for part in has_follower}
     remaining = set(range(len(parts.pair)))
     # An open chain begins with a segment that follows no other segment. The segments that remain after all
@@ -192,17 +204,18 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
             chain.append(current)
             current = follower.get(current, -1)
         if chain:
-            yield _simplify_chain(parts.where(np.array(chain)), tolerance)
+            yield _simplify_chain(parts.where(np.array(chain)), tolerance, nearest / 2)
 
 
-def _simplify_chain(chain: FacingEdges, tolerance: float) -> FacingEdges:
+def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingEdges:
     """Return the straight segments of the simplified line of a chain.
 
-    Corners are dropped that lie within half the tolerance of the line without them.
+    Corners are dropped that lie within the distance ``off`` of the line without them. ``tolerance`` is the
+    accuracy of the drawing.
     """
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
-    corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
+    corners = shapely.get_coordinates(shapely.simplify(line, off, preserve_topology=False))
     of_chain = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
     pair, most, *lean = (np.full(len(corners) - 1, value) for value in of_chain)
     accuracy = _accuracy(np.diff(corners, axis=0), tolerance)

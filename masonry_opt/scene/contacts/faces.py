@@ -39,6 +39,17 @@ class FacingFaces(sides.Facing):
     polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (facing,)
 
     @property
+    def inner_points(self) -> np.ndarray:
+        """Return the middle of each polygon and points halfway to two corners, shape (facing, 3, 3)."""
+        rings = shapely.get_exterior_ring(self.polygon)
+        count = shapely.get_num_points(rings) - 1
+        points = [self.middle]
+        for corner in (np.zeros_like(count), count // 2):
+            flat = shapely.get_coordinates(shapely.get_point(rings, corner))
+            points.append((self.middle + self.frame.up(flat, np.arange(len(count)))) / 2)
+        return np.stack(points, axis=1)
+
+    @property
     def breadth(self) -> np.ndarray:
         """Return twice the area of each polygon divided by its perimeter, shape (facing,)."""
         breadth: np.ndarray = 2 * self.extent / shapely.length(self.polygon)

@@ -73,9 +73,7 @@ def find_bridge(
     near : Closing
         Option that closes the small gaps of the scene.
     """
-    pairs, facing = _facing_across_mortar(scene, shapes)
-    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
-    facing = facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
+    pairs, facing = _gaps_to_close(scene, shapes, joined)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
@@ -92,6 +90,9 @@ def find_bridge(
     usual = float(np.median(facing.most[facing.most <= needed]))
     is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
+    connected = before - len(floating(gap))
+    # Find the sides again with the new contact tolerance: parts of curved edges then become one joint.
+    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)
     closed_ends = pairs[closed.pair]
     # Widths that differ by rounding are equal, so that the first of several blocks is named.
@@ -102,9 +103,25 @@ def find_bridge(
         i, j = closed_ends[row].tolist()
         neighbour.setdefault(i, (j, float(closed.most[row])))
         neighbour.setdefault(j, (i, float(closed.most[row])))
-    connected = before - len(floating(gap))
     option = _option(scene, shapes, pairs, closed, near)
     return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour)
+
+
+def _gaps_to_close(
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    *,
+    contact_tolerance: float | None = None,
+) -> tuple[np.ndarray, Facing]:
+    """Return pairs of blocks, and their sides across possible mortar joints, without sides that have a joint.
+
+    ``joined`` holds the two blocks of each joint. ``contact_tolerance`` replaces that of the shapes.
+    """
+    wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
+    pairs, facing = _facing_across_mortar(scene, wider)
+    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
+    return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
 
 
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:

@@ -29,6 +29,10 @@ _MOST_PAIRS = 1_000_000
 #: coincident blocks are all neighbours of each other.
 _MOST_PAIRS_PER_BLOCK = 40
 
+#: Number of the three points in a gap that must be in third blocks if these blocks lie between its sides.
+#: With a smaller value, a block that covers a part of the gap opens the whole joint.
+_POINTS_BETWEEN = 2
+
 #: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
 _BLOCKS_AT_A_TIME = 100
 
@@ -77,25 +81,27 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
     """
     facing = CONTACT_FUNCTIONS[scene.dimension][1](scene, shapes, pairs, far)
     apart = np.flatnonzero(facing.most > shapes.tolerance)
-    behind = _has_block_between(shapes, pairs[facing.pair[apart]], facing.middle[apart])
+    behind = _has_block_between(shapes, pairs[facing.pair[apart]], facing.inner_points[apart])
     return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
 
 
-def _has_block_between(shapes: Extents, ends: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """Return True for each gap whose middle lies in a third block, shape (gaps,).
+def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Return True for each gap with a third block in it, shape (gaps,).
 
-    ``ends`` holds the two blocks of each gap, ``middle`` the point in the middle of the gap.
+    ``ends`` holds the two blocks of each gap, ``inner`` three points in the middle of the gap. Two of these
+    points must be in third blocks, because the third point may be in a joint between them.
     """
     low, high = shapes.boxes
     across = _search_axes(shapes)
     tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
-    gap, block = tree.query(shapely.points(middle[:, across]))
-    in_box = ((low[block] <= middle[gap]) & (middle[gap] <= high[block])).all(axis=1)
-    is_third = in_box & (ends[gap] != block[:, None]).all(axis=1)
-    between = np.zeros(len(ends), dtype=bool)
-    for number, third in zip(gap[is_third].tolist(), block[is_third].tolist(), strict=True):
-        between[number] |= shapes.away(third, middle[number]) <= 0
-    return between
+    points, owner = inner.reshape(-1, inner.shape[-1]), np.repeat(np.arange(len(ends)), inner.shape[1])
+    point, block = tree.query(shapely.points(points[:, across]))
+    in_box = ((low[block] <= points[point]) & (points[point] <= high[block])).all(axis=1)
+    is_third = in_box & (ends[owner[point]] != block[:, None]).all(axis=1)
+    is_inside = np.zeros(len(points), dtype=bool)
+    for number, third in zip(point[is_third].tolist(), block[is_third].tolist(), strict=True):
+        is_inside[number] |= shapes.away(third, points[number]) <= 0
+    return np.bincount(owner, is_inside, len(ends)) >= _POINTS_BETWEEN
 
 
 def _search_axes(shapes: Extents) -> np.ndarray:

@@ -28,10 +28,11 @@ _MOST_ANGLE_ACROSS = 0.34
 def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.ndarray:
     """Return True for sides that face each other across a gap, shape (rows,).
 
-    The sides must be nearly parallel. The width of what they share must be larger than the gap times the sine
-    of the angle between them: the choice of the bisector alone makes a smaller width.
+    The sides must be nearly parallel. The width of what they share must be larger than a tenth of the gap,
+    and larger than the gap times the sine of the angle between them: smaller widths may be corners, which the
+    choice of the bisector moves.
     """
-    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > sine * gap)
+    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LEAN) * gap)
     return is_facing
 
 
@@ -133,6 +134,11 @@ class Facing(Rows, ABC):
         """Return the length of each segment (in space: the square root of each area), shape (facing,)."""
         width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
         return width
+
+    @property
+    @abstractmethod
+    def inner_points(self) -> np.ndarray:
+        """Return three points inside each segment or polygon, shape (facing, 3, 2) or (facing, 3, 3)."""
 
     @property
     @abstractmethod
