@@ -81,6 +81,6 @@ def lost_joints(v: dict[str, Any]) -> str:
     if max(v["widths"]) > 0:
         remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "blocks face each other within the tolerance, but their sides are too short for it, so that they "
-        f"have no joint: {pairs(v, wide)}; {remedy}"
+        "blocks face each other but have no joint, because their sides are too short for so large a "
+        f"'tolerance': {pairs(v, wide)}; {remedy}"
     )

@@ -206,8 +206,8 @@ class Code(StrEnum):
     # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``option`` of the scene that
     # closes all gaps, "tolerance" or "contact_tolerance"; ``tolerance``, the value of that option.
     SMALL_GAPS = "small gaps"
-    # Values: ``pairs`` of blocks that touch within the tolerance, but have no joint because their sides are
-    # too short for it; ``widths`` of the gaps between these blocks.
+    # Values: ``pairs`` of blocks that face each other, but have no joint because their sides are too short
+    # for the tolerance; ``widths`` of the gaps between these blocks.
     LOST_JOINTS = "lost joints"
     # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
     # in radians; ``tolerance`` of the scene.

@@ -10,7 +10,13 @@ from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
 from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import Closing, closing, joining_tolerance, near_misses
-from masonry_opt.scene.contacts.mortar import Bridge, find_bridge, lost_joints, refuse_thin_blocks
+from masonry_opt.scene.contacts.mortar import (
+    Bridge,
+    find_bridge,
+    is_drawn_apart,
+    lost_joints,
+    refuse_thin_blocks,
+)
 from masonry_opt.scene.contacts.neighbours import CONTACT_FUNCTIONS, facing_sides, near_pairs
 from masonry_opt.scene.geometry import (
     MORTAR,
@@ -216,7 +222,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     asked = np.flatnonzero(may_meet_elsewhere)
     corners = CONTACT_FUNCTIONS[scene.dimension][2](shapes, np.unique(pairs[asked]))
     contacts = corners.touches(pairs, asked, shared)
-    drawn_apart = scene.contact_tolerance is not None
+    drawn_apart = is_drawn_apart(scene, shapes)
     across = near_misses((shared, contacts), across, len(pairs), drawn_apart=drawn_apart)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
@@ -232,7 +238,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    lost = lost_joints(scene, shapes, (first, second))
+    facing_pairs = np.concatenate([pairs[owner[order]], pairs[across.pair]])
+    lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
     # Other warnings name the pairs of blocks with a gap, or with a lost joint.
     has_no_gap = np.array(
         [tuple(pair) not in {**gaps, **lost} for pair in pairs[meeting].tolist()], dtype=bool

@@ -9,7 +9,14 @@ from masonry_opt.errors import counted
 from masonry_opt.scene.contacts.gaps import Closing, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import LEAN, Facing
-from masonry_opt.scene.geometry import MORTAR, RELATIVE_TOLERANCE, Extents, raise_for, refuse_too_thin
+from masonry_opt.scene.geometry import (
+    MORTAR,
+    NEAR_MISS,
+    RELATIVE_TOLERANCE,
+    Extents,
+    raise_for,
+    refuse_too_thin,
+)
 from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 
@@ -44,6 +51,10 @@ class Bridge:
         instead = " and remove 'tolerance'" if self._replaces_tolerance(scene) else ""
         makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
         connects = f"connects {counted(self.blocks, 'block')} to supports"
+        if len(self.remaining):
+            connects += f", but not {scene.blocks[self.remaining[0]].name!r}"
+            others = len(self.remaining) - 1
+            connects += f" and {counted(others, 'other block')}" if others else ""
         return (
             f"{self.closing.advice}{instead}, which {makes} (widest between {one} and {other}) and {connects}"
         )
@@ -139,10 +150,17 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
     return option
 
 
+def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
+    """Return True if the scene has a contact tolerance, or a tolerance as large as mortar."""
+    if scene.contact_tolerance is not None:
+        return True
+    return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
+
+
 def lost_joints(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
 ) -> dict[tuple[int, int], float]:
-    """Return the pairs of blocks that touch within the tolerance, but have no joint because it is too large.
+    """Return the pairs of blocks that face each other, but have no joint because the tolerance is too large.
 
     The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
     width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
@@ -151,7 +169,7 @@ def lost_joints(
         return {}
     pairs, facing = _facing_across_mortar(scene, shapes)
     ends = pairs[facing.pair]
-    is_lost = (facing.most <= shapes.contact_tolerance) & ~np.isin(
+    is_lost = (facing.most <= shapes.reach[ends].min(axis=1)) & ~np.isin(
         _codes(ends, scene), _codes(np.column_stack(joined), scene)
     )
     is_lost &= facing.width > LEAN * shapes.width[ends].min(axis=1)
