@@ -7,6 +7,7 @@ import shapely
 
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, Touches, near_items
+from masonry_opt.scene.geometry import mean_thickness
 from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
@@ -52,8 +53,7 @@ class FacingFaces(sides.Facing):
     @property
     def breadth(self) -> np.ndarray:
         """Return twice the area of each polygon divided by its perimeter, shape (facing,)."""
-        breadth: np.ndarray = 2 * self.extent / shapely.length(self.polygon)
-        return breadth
+        return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the tangents and outlines of shared polygons; see :meth:`.Facing.outlines`.
@@ -139,7 +139,7 @@ def _shared_polygons(
     gap = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     least, most = bounds(piece, gap, len(pieces))
     angle = lengths(np.cross(one.normal, other.normal))[number]
-    width = 2 * shapely.area(pieces) / shapely.length(pieces)
+    width = mean_thickness(shapely.area(pieces), shapely.length(pieces))
     near = (least >= -shapes.contact_tolerance) & (most <= far[number])
     near &= (most <= shapes.tolerance) | sides.faces_across(angle, most, width)
     pieces, number, most, angle = pieces[near], number[near], most[near], angle[near]

@@ -436,7 +436,12 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     """
     if bridge and block in bridge.neighbour:
         other, gap = bridge.neighbour[block]
-        faced = f"{scene.blocks[other].name!r}, which it faces, is up to {gap:.3g} away"
+        name = repr(scene.blocks[other].name)
+        if not bridge.gap:
+            return (
+                f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
+            )
+        faced = f"{name}, which it faces, is up to {gap:.3g} away"
         return f"{faced}: close the gap, or {bridge.advice(scene)}"
     other, gap = shapes.nearest(block)
     name = repr(scene.blocks[other].name)

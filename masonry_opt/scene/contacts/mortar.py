@@ -38,7 +38,7 @@ class Bridge:
     """Contact tolerance, or tolerance, that connects floating blocks to supports."""
 
     closing: Closing  #: option of the scene, with its smallest value
-    gap: float  #: width of the widest gap that the option closes
+    gap: float  #: width of the widest gap that the option closes; 0 if the blocks touch
     widest: tuple[int, int]  #: blocks on both sides of the widest gap
     joints: int  #: number of joints that the option adds
     blocks: int  #: number of floating blocks that the option connects to supports
@@ -47,17 +47,23 @@ class Bridge:
 
     def advice(self, scene: Scene) -> str:
         """Return the advice to set the option, with its effect, for messages."""
+        if not self.gap:
+            many = counted(self.joints, "joint")
+            return f"lower 'tolerance', which is too large for {many} that connect {self._connections(scene)}"
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
         instead = " and remove 'tolerance'" if self._replaces_tolerance(scene) else ""
         makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
-        connects = f"connects {counted(self.blocks, 'block')} to supports"
-        if len(self.remaining):
-            connects += f", but not {scene.blocks[self.remaining[0]].name!r}"
-            others = len(self.remaining) - 1
-            connects += f" and {counted(others, 'other block')}" if others else ""
-        return (
-            f"{self.closing.advice}{instead}, which {makes} (widest between {one} and {other}) and {connects}"
-        )
+        makes += f" (widest between {one} and {other}) and connects {self._connections(scene)}"
+        return f"{self.closing.advice}{instead}, which {makes}"
+
+    def _connections(self, scene: Scene) -> str:
+        """Return as text how many blocks the option connects to supports, and the first other block."""
+        connected = f"{counted(self.blocks, 'block')} to supports"
+        others = len(self.remaining) - 1
+        if others < 0:
+            return connected
+        more = f" and {counted(others, 'other block')}" if others else ""
+        return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
 
     def _replaces_tolerance(self, scene: Scene) -> bool:
         """Return True if the scene has a tolerance that is as large as the gaps between its stones."""
@@ -107,7 +113,7 @@ def find_bridge(
     closed = facing.where(facing.most <= gap)
     closed_ends = pairs[closed.pair]
     # Widths that differ by rounding are equal, so that the first of several blocks is named.
-    width = np.round(closed.most / gap, 6)
+    width = np.round(closed.most / max(gap, _fine_tolerance(scene, shapes)), 6)
     first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
     for row in np.argsort(width, kind="stable").tolist():
@@ -115,6 +121,8 @@ def find_bridge(
         neighbour.setdefault(i, (j, float(closed.most[row])))
         neighbour.setdefault(j, (i, float(closed.most[row])))
     option = _option(scene, shapes, pairs, closed, near)
+    if gap <= _fine_tolerance(scene, shapes):
+        gap = 0.0
     return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour)
 
 
@@ -173,7 +181,7 @@ def lost_joints(
         _codes(ends, scene), _codes(np.column_stack(joined), scene)
     )
     is_lost &= facing.width > LEAN * shapes.width[ends].min(axis=1)
-    gaps = np.where(facing.most > _default_tolerance(scene, shapes), facing.most, 0.0)
+    gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
     lost: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
         lost[i, j] = max(lost.get((i, j), 0.0), width)
@@ -207,7 +215,7 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
     The sides are found with the default tolerance of lengths, so that a large tolerance of the scene hides
     none of them.
     """
-    fine = replace(shapes, tolerance=min(shapes.tolerance, _default_tolerance(scene, shapes)))
+    fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]
     thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
     # The widest end of a wedge-shaped gap may be twice as wide as its middle.
@@ -218,10 +226,11 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
     return pairs, facing.where(_mean_gap(facing) <= most[facing.pair])
 
 
-def _default_tolerance(scene: Scene, shapes: Extents) -> float:
-    """Return the tolerance of lengths that a scene without the key ``tolerance`` would have."""
+def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
+    """Return the tolerance of lengths of a scene, or the default tolerance if this is smaller."""
     low, high = (corners[~scene.fixed] for corners in shapes.boxes)
-    return RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
+    default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
+    return min(shapes.tolerance, default)
 
 
 def _mean_gap(facing: Facing) -> np.ndarray:

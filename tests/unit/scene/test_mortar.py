@@ -311,6 +311,15 @@ def test_parallel_arcs_in_chords_are_one_line_across_mortar(chords: tuple[int, i
     assert static(apart) == pytest.approx(static(scene(0.0, (14, 14))), rel=0.02)
 
 
+def test_a_tolerance_that_hides_all_joints_of_touching_stones_is_named() -> None:
+    """Two cubes of 0.1 on a floor and on each other: faces narrower than ten tolerances make no joint."""
+    cubes = [rectangle(name, (0, 0.1), (z, z + 0.1)) for name, z in (("A", 0), ("B", 0.1))]
+    scene = mo.extrude(scene_of(FLOOR, *cubes), thickness=0.1)
+    said = message(scene.replace(tolerance=0.011))
+    assert "lower 'tolerance', which is too large for 2 joints that connect 2 blocks to supports" in said
+    assert len(contacts_of(scene.replace(tolerance=0.009)).first) == 2
+
+
 def test_the_joint_of_an_exception_may_be_across_mortar() -> None:
     held = mo.Joint(between=("0-0-0", "0-1-0"), friction=0.9)
     scene = WALL.replace(exceptions=[held])
