@@ -241,9 +241,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     facing_pairs = np.concatenate([pairs[owner[order]], pairs[across.pair]])
     lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
     # Other warnings name the pairs of blocks with a gap, or with a lost joint.
-    has_no_gap = np.array(
-        [tuple(pair) not in {**gaps, **lost} for pair in pairs[meeting].tolist()], dtype=bool
-    )
+    named = {*gaps, *lost}
+    has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
     if not floating:
         refuse_floating(scene, shapes, (first, second), closes_gaps)
     normal = np.concatenate([shared.normal, contacts.normal])[order]

@@ -44,6 +44,8 @@ class Bridge:
     blocks: int  #: number of floating blocks that the option connects to supports
     remaining: np.ndarray  #: indices of the blocks that remain without support
     neighbour: dict[int, tuple[int, float]]  #: block that each block faces, and the width of the gap
+    #: True if the scene has a tolerance as large as mortar, which the contact tolerance replaces.
+    replaces_tolerance: bool
 
     def advice(self, scene: Scene) -> str:
         """Return the advice to set the option, with its effect, for messages."""
@@ -51,7 +53,7 @@ class Bridge:
             many = counted(self.joints, "joint")
             return f"lower 'tolerance', which is too large for {many} that connect {self._connections(scene)}"
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
-        instead = " and remove 'tolerance'" if self._replaces_tolerance(scene) else ""
+        instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
         makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
         makes += f" (widest between {one} and {other}) and connects {self._connections(scene)}"
         return f"{self.closing.advice}{instead}, which {makes}"
@@ -64,11 +66,6 @@ class Bridge:
             return connected
         more = f" and {counted(others, 'other block')}" if others else ""
         return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
-
-    def _replaces_tolerance(self, scene: Scene) -> bool:
-        """Return True if the scene has a tolerance that is as large as the gaps between its stones."""
-        given = scene.tolerance or 0.0
-        return self.closing.option == "contact_tolerance" and given >= LEAN * self.gap
 
 
 def find_bridge(
@@ -111,6 +108,8 @@ def find_bridge(
     # Find the sides again with the new contact tolerance: parts of curved edges then become one joint.
     pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)
+    if not len(closed.pair):
+        return None
     closed_ends = pairs[closed.pair]
     # Widths that differ by rounding are equal, so that the first of several blocks is named.
     width = np.round(closed.most / max(gap, _fine_tolerance(scene, shapes)), 6)
@@ -123,7 +122,8 @@ def find_bridge(
     option = _option(scene, shapes, pairs, closed, near)
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
-    return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour)
+    replaces = option.option == "contact_tolerance" and _has_large_tolerance(scene, shapes)
+    return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces)
 
 
 def _gaps_to_close(
@@ -160,8 +160,11 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
     """Return True if the scene has a contact tolerance, or a tolerance as large as mortar."""
-    if scene.contact_tolerance is not None:
-        return True
+    return scene.contact_tolerance is not None or _has_large_tolerance(scene, shapes)
+
+
+def _has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
+    """Return True if the tolerance of the scene is larger than errors of a drawing relative to its blocks."""
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
 
 
@@ -173,7 +176,7 @@ def lost_joints(
     The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
     width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
     """
-    if shapes.tolerance <= LEAN**2 * shapes.width[~scene.fixed].min():
+    if not _has_large_tolerance(scene, shapes):
         return {}
     pairs, facing = _facing_across_mortar(scene, shapes)
     ends = pairs[facing.pair]
@@ -204,9 +207,8 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
         return
     too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
     bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
-    raise_for(
-        too_thin, scene, f"is {least:.3g} thick, {bridges}: lower 'contact_tolerance' to the widest joint"
-    )
+    lower = "lower 'contact_tolerance', or draw the block as one with a neighbour"
+    raise_for(too_thin, scene, f"is {least:.3g} thick, {bridges}: {lower}")
 
 
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
