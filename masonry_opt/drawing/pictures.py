@@ -86,7 +86,7 @@ def doubts(assembly: Assembly) -> Iterator[str]:
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second
-        refuse_floating(scene, assembly.geometry, joined, joints.gaps, joints.joining_tolerance)
+        refuse_floating(scene, assembly.geometry, joined, joints.closing)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -143,7 +143,7 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _MATRIX_KEYS):
         return None
     joints, before = assembly.joints, assembly.problem
-    ends, gaps = (joints.first, joints.second), (joints.gaps, joints.joining_tolerance)
+    ends, gaps = (joints.first, joints.second), (joints.gaps, joints.closing)
     joints = replace(joints, **joint_properties(scene, *ends, *gaps))
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _LOAD_KEYS):
         return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)

@@ -11,9 +11,9 @@ from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
-from masonry_opt.scene.geometry import Extents
+from masonry_opt.scene.geometry import Extents, Geometry, with_closed_gaps
 from masonry_opt.scene.loads import LOAD_KINDS, EdgeLoad, Kind
-from masonry_opt.scene.rows import spaces
+from masonry_opt.scene.rows import dots, lengths, spaces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import AnyBlock
 
@@ -308,7 +308,7 @@ def loaded_pieces(
     """
     if not scene.edge_loads:
         return (), ()
-    tail, tip, owner = shapes.edges
+    tail, tip, owner = _edges_over_gaps(shapes)
     # Each joint covers a part of an edge of its first block and of its second block.
     joint_lines = np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1))
     joint_blocks = np.concatenate([joints.first, joints.second])
@@ -325,9 +325,10 @@ def loaded_pieces(
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint lies midway between the edges of its two blocks, at most half the tolerance from each edge.
-        # With twice the tolerance, the line of the load always finds this joint.
-        covering, covered = along(*joint_lines, start, end, 2 * shapes.tolerance)
+        # A joint lies midway between the edges of its two blocks, at most half the contact tolerance from
+        # each edge. With a larger distance, the line of the load always finds this joint.
+        near = shapes.tolerance + shapes.contact_tolerance
+        covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []
         for edge, span in zip(edges[movable], spans[movable], strict=True):
             block = owner[edge]
@@ -344,6 +345,23 @@ def loaded_pieces(
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(edges)))
         bare.append(math.fsum(high - low for low, high in spaces(0.0, length, loaded, shapes.tolerance)))
     return tuple(pieces), tuple(bare)
+
+
+def _edges_over_gaps(shapes: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return both ends of all edges, and their blocks, with edges extended over the gaps of undrawn mortar.
+
+    Each edge reaches to the middle of the gap, in its own direction, so that a load also acts on the mortar.
+    """
+    tail, tip, owner = shapes.edges
+    if shapes.contact_tolerance <= shapes.tolerance:
+        return tail, tip, owner
+    closed = with_closed_gaps(tail, tip, owner, shapes.contact_tolerance)
+    along_edge = (tip - tail) / lengths(tip - tail)[:, None]
+    tail, tip = (
+        end + dots(moved - end, along_edge)[:, None] * along_edge
+        for end, moved in zip((tail, tip), closed, strict=True)
+    )
+    return tail, tip, owner
 
 
 def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any
 
 from masonry_opt.errors import rounded_up
 from masonry_opt.reporting.names import blocks, pairs
-from masonry_opt.scene.geometry import set_tolerance
+from masonry_opt.scene.geometry import set_contact_tolerance, set_tolerance
 from masonry_opt.solution.typical_units import units_in_words
 
 
@@ -66,8 +66,24 @@ def dilatancy_low(v: dict[str, Any]) -> str:
 def small_gaps(v: dict[str, Any]) -> str:
     """State that small gaps separate blocks, with the tolerance that closes the gaps."""
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
+    if v["option"] == "tolerance":
+        remedy = f"{set_tolerance(v['tolerance'])}, which closes the gaps and makes nearly parallel joints"
+        remedy += " parallel"
+    else:
+        remedy = f"{set_contact_tolerance(v['tolerance'])}, which closes the gaps"
     return (
         "blocks face each other across a small gap, which carries no force and may change λ a lot: "
-        f"{pairs(v, wide)}; if they should touch, {set_tolerance(v['tolerance'])}, which closes the gaps and "
-        "makes nearly parallel joints parallel"
+        f"{pairs(v, wide)}; if they should touch, {remedy}"
+    )
+
+
+def lost_joints(v: dict[str, Any]) -> str:
+    """State that a large tolerance loses joints, with the contact tolerance that keeps them."""
+    wide = [f"{rounded_up(width, 2)} apart" if width > 0 else "touching" for width in v["widths"]]
+    remedy = "lower 'tolerance'"
+    if max(v["widths"]) > 0:
+        remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
+    return (
+        "blocks face each other but have no joint, because their sides are too short for so large a "
+        f"'tolerance': {pairs(v, wide)}; {remedy}"
     )

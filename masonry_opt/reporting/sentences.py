@@ -15,6 +15,7 @@ from masonry_opt.reporting.inputs import (
     dilatancy_low,
     fill_weight_differs,
     friction_high,
+    lost_joints,
     small_gaps,
     strength_differs,
     weights_differ,
@@ -447,6 +448,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "all coordinates in the same unit?"
     ),
     Code.SMALL_GAPS: small_gaps,
+    Code.LOST_JOINTS: lost_joints,
     Code.ALIGNED: lambda v: (
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to others, within "
         f"the tolerance {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"

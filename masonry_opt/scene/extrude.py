@@ -27,7 +27,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     """Extrude a scene in the plane from y = 0 to its thickness; a point (x, y) becomes (x, t, y).
 
     Weights, loads and the cohesion of whole joints do not depend on the thickness; forces act in the middle
-    of it. Friction, dilatancy, exceptions, gravity, tilt and tolerance are kept. Published values, which
+    of it. Friction, dilatancy, exceptions, gravity, tilt and tolerances are kept. Published values, which
     belong to the scene in the plane, are left out. Blocks with notches, parts or holes become solids of
     several convex parts.
 
@@ -55,6 +55,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         source=scene.source,
         gravity=_in_space(scene.gravity),
         tolerance=scene.tolerance,
+        contact_tolerance=scene.contact_tolerance,
         tilt=None if sideways is None else _in_space(sideways.tolist()),
         joints=_joint(scene.joints, cohesion),
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],

@@ -27,6 +27,17 @@ NEAR_MISS = 1e-2
 #: Largest gap, relative to the contact tolerance, at which neighbours are assumed to touch.
 _NEAR_TOLERANCES = 3
 
+#: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
+#: messages also suggest to bridge gaps that are openings.
+MORTAR = 0.35
+
+#: Allowance for curved edges that are drawn in chords, relative to the contact tolerance: the gap between two
+#: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
+_CHORD_ALLOWANCE = 0.05
+
+#: Rounding of a gap, relative to the gap, that the advice of a contact tolerance allows for.
+_GAP_ROUNDING = 1e-6
+
 #: Ratio of tolerance to corner error above which the alignment makes joints parallel. Each of two sides in
 #: contact may deviate by the corner error. A smaller value leaves some wedges; a larger value aligns more
 #: than is needed.
@@ -42,6 +53,14 @@ def set_tolerance(tolerance: float) -> str:
     return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
+def set_contact_tolerance(gap: float) -> str:
+    """Return the advice to set the contact tolerance that closes a gap of the given width, for messages.
+
+    The tolerance has three digits and is larger than the gap, because the gap itself may be rounded.
+    """
+    return f"set 'contact_tolerance' to {rounded_up(gap * (1 + _GAP_ROUNDING), 3)}"
+
+
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the origin of a scene's shapes and the tolerance of lengths.
 
@@ -53,6 +72,15 @@ def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.n
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
     # The tolerance is at least eight times the rounding of the largest coordinate.
     return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
+
+
+def contact_tolerance_of(scene: Scene, tolerance: float) -> float:
+    """Return the largest gap or overlap of facing sides that are in contact.
+
+    The result is the tolerance of lengths, plus the contact tolerance if the scene has one, with an allowance
+    for chords. A gap that is as wide as the contact tolerance is then closed, whatever its rounding.
+    """
+    return tolerance + (1 + _CHORD_ALLOWANCE) * (scene.contact_tolerance or 0.0)
 
 
 class Common(NamedTuple):
@@ -82,15 +110,8 @@ class Extents(ABC):
 
     #: Text in errors: the place of an overlap.
     within: ClassVar[str] = "over an area"
-    #: Additional remedy for an overlap in error messages, to be formatted with the depth.
-    remedy: ClassVar[str] = ""
     #: Text of error messages for blocks that touch but have no joint.
     meeting: ClassVar[str] = "only corner on corner, but a joint needs an edge"
-    #: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other
-    #: block.
-    inside: ClassVar[float] = np.inf
-    #: Largest gap, relative to the width of a block, that may be undrawn mortar.
-    mortar: ClassVar[float] = 0.0
     #: Number of overlapping pairs after which the search for more of them ends.
     enough: ClassVar[float] = np.inf
 
@@ -116,6 +137,13 @@ class Extents(ABC):
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
         """Return the index of the block nearest to a given block, and their distance."""
+
+    @abstractmethod
+    def thickness(self) -> np.ndarray:
+        """Return the smallest distance of two parallel lines or planes around each block, shape (blocks,).
+
+        Only sides of the block are considered as directions of these lines or planes.
+        """
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
@@ -170,6 +198,10 @@ class Geometry(Extents):
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
 
+    def thickness(self) -> np.ndarray:
+        """Return the smallest distance of two parallel lines around each block, shape (blocks,)."""
+        return np.array([_least_width(polygon) for polygon in self.polygons])
+
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         """Yield the indices of pairs of blocks that overlap, and the common region of each pair."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
@@ -215,6 +247,9 @@ def geometry(scene: Scene) -> Geometry:
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
     hulls = shapely.convex_hull(outlines)
+    thickness = mean_thickness(shapely.area(hulls), shapely.length(hulls))
+    default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
+    refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
     flat &= ~shapely.is_empty(outlines)  # an empty outline consists of holes only and is reported below
     raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
@@ -229,7 +264,8 @@ def geometry(scene: Scene) -> Geometry:
     convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
     polygons = shapely.orient_polygons(polygons)
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
-    return Geometry(origin, tolerance, tolerance, area, centroid, convex, np.zeros(0, dtype=int), polygons)
+    touching = contact_tolerance_of(scene, tolerance)
+    return Geometry(origin, tolerance, touching, area, centroid, convex, np.zeros(0, dtype=int), polygons)
 
 
 def _built_up(
@@ -275,6 +311,37 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
     names = [repr(scene.blocks[index].name) for index in blocks]
     more = f" (and {len(names) - 1} more like it: {', '.join(names[1:4])})" if len(names) > 1 else ""
     raise CaseError(f"{scene.origin}: block {names[0]} {why}{more}")
+
+
+def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
+    """Return twice the size of each shape divided by the size of its boundary, 0 without boundary."""
+    return np.divide(2 * size, boundary, out=np.zeros_like(size), where=boundary > 0)
+
+
+def refuse_too_thin(
+    scene: Scene, block: np.ndarray, thickness: np.ndarray, limits: tuple[float, float]
+) -> None:
+    """Raise CaseError if the scene's ``tolerance`` alone makes blocks, or parts of blocks, too thin.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    block : ndarray, shape (parts,)
+        Index of the block of each part.
+    thickness : ndarray, shape (parts,)
+        Mean thickness of each part.
+    limits : tuple of float
+        Thickness below which the tolerance of the scene ignores a part, and thickness below which the default
+        tolerance does.
+    """
+    too_thin, none = limits
+    thin = np.flatnonzero((thickness <= too_thin) & (thickness > none))
+    if scene.tolerance is None or not len(thin):
+        return
+    lower = "lower 'tolerance'; gaps between stones are closed by 'contact_tolerance'"
+    blocks = list(dict.fromkeys(block[thin].tolist()))
+    raise_for(blocks, scene, f"is too thin for 'tolerance' {scene.tolerance:.3g}: {lower}")
 
 
 @dataclass(frozen=True)
@@ -328,6 +395,8 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     # Upper edges run leftwards, because a block lies to the left of its edges.
     upper = np.flatnonzero(tip[:, 0] < tail[:, 0])
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
+    if shapes.contact_tolerance > shapes.tolerance:
+        tail, tip = with_closed_gaps(tail, tip, owner, shapes.contact_tolerance)
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
     # Drop cuts that are closer than the tolerance, so that short pieces join their neighbours.
@@ -345,6 +414,26 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     edge_number = np.where(has_edge, upper[edge], -1)
     block = np.where(has_edge, owner[edge], -1)
     return Profile(x, np.where(has_edge[:, None], y, np.nan), np.interp(x, *points.T), edge_number, block)
+
+
+def with_closed_gaps(
+    tail: np.ndarray, tip: np.ndarray, owner: np.ndarray, widest: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return both ends of edges of blocks, moved to the middle of the gaps between neighbours.
+
+    A gap lies between the start (``tail``) of an edge and the end (``tip``) of an edge of another block, if
+    their distance is at most ``widest``. ``owner`` is the block of each edge.
+    """
+    start, end = shapely.STRtree(shapely.points(tip)).query(shapely.points(tail), "dwithin", widest)
+    other_block = owner[start] != owner[end]
+    start, end = start[other_block], end[other_block]
+    nearest = np.argsort(np.hypot(*(tail[start] - tip[end]).T), kind="stable")
+    start, end = start[nearest], end[nearest]
+    first = np.intersect1d(np.unique(start, return_index=True)[1], np.unique(end, return_index=True)[1])
+    start, end = start[first], end[first]
+    closed_tail, closed_tip = tail.copy(), tip.copy()
+    closed_tail[start] = closed_tip[end] = (tail[start] + tip[end]) / 2
+    return closed_tail, closed_tip
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:

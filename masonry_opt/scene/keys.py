@@ -143,8 +143,6 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
     space = scene.dimension == 3
     if scene.tilt and isinstance(scene.tilt, str) == space:
         yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
-    if not space and scene.contact_tolerance is not None:
-        yield "'contact_tolerance' is for scenes in space: give 'tolerance'"
     if space and "thickness" in scene.model_fields_set:
         yield f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
     if space:

@@ -45,9 +45,10 @@ class Scene(SceneKeys):
         space -z.
     tolerance: Length below which gaps and overlaps between blocks are ignored (default: 1e-6 of the diagonal
         round the movable blocks). Raise it if coordinates are rounded.
-    contact_tolerance: For solids that are drawn with gaps or overlaps: faces that face each other are in
-        contact if their gap or overlap is at most this (default: the tolerance). In contrast to a large
-        ``tolerance`` it preserves small details.
+    contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, for blocks that
+        are drawn apart or into one another (default: the tolerance). The joint of two facing edges is their
+        projection onto each other, in the middle of the gap. In contrast to a large ``tolerance``, small
+        details and corners remain as drawn.
     thickness: Thickness out of the plane (solids have their own). It multiplies all quantities per unit
         length or area of the plane: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge loads, which are
         then per unit area or volume. The forces ``weight``, ``live`` and ``dead`` are not multiplied.

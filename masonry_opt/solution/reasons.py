@@ -208,9 +208,12 @@ class Code(StrEnum):
     # ``value`` of the strength or prestress; ``weight`` of a median block, or the sum of all dead loads if
     # the value is too large.
     STRENGTH_DIFFERS = "strength differs"
-    # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``tolerance`` that closes
-    # all gaps and aligns the joints.
+    # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``option`` of the scene that
+    # closes all gaps, "tolerance" or "contact_tolerance"; ``tolerance``, the value of that option.
     SMALL_GAPS = "small gaps"
+    # Values: ``pairs`` of blocks that face each other, but have no joint because their sides are too short
+    # for the tolerance; ``widths`` of the gaps between these blocks.
+    LOST_JOINTS = "lost joints"
     # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
     # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"

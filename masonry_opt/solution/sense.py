@@ -71,6 +71,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
         *_small_gaps(assembly, of_wedges),
+        *_lost_joints(assembly),
         *_blocks(assembly),
         *of_wedges,
         *_bearing_corners(assembly, solution),
@@ -127,7 +128,8 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
     """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
 
-    The warning also names a tolerance that closes all gaps and aligns the joints in warnings about wedges.
+    The warning also names the option that closes all gaps. A tolerance also aligns the joints in warnings
+    about wedges.
     """
     joints = assembly.joints
     gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
@@ -135,8 +137,20 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
         return []
     pairs = [assembly.names(np.array(pair)) for pair in gaps]
     aligning = [wedge.values["tolerance"] for wedge in of_wedges if wedge.code is Code.NEARLY_PARALLEL]
-    tolerance = max([joints.joining_tolerance, *aligning])
-    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()), tolerance=tolerance)]
+    option, tolerance = joints.closing
+    if option == "tolerance":
+        tolerance = max([tolerance, *aligning])
+    values = {"widths": list(gaps.values()), "option": option, "tolerance": tolerance}
+    return [reason(Code.SMALL_GAPS, pairs=pairs, **values)]
+
+
+def _lost_joints(assembly: Assembly) -> list[Reason]:
+    """Return a warning that names pairs of blocks that have no joint because the tolerance is large."""
+    lost = dict(sorted(assembly.joints.lost.items(), key=lambda gap: -gap[1]))
+    if not lost:
+        return []
+    pairs = [assembly.names(np.array(pair)) for pair in lost]
+    return [reason(Code.LOST_JOINTS, pairs=pairs, widths=list(lost.values()))]
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:

@@ -57,7 +57,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     # Error in the position of a corner that is needed to turn the shorter of the two joints by the angle
     # between them.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
-    tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
+    closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
+    tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
     values = {"angle": float(angle[0]), "tolerance": tolerance}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)

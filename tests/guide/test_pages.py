@@ -8,7 +8,8 @@ import re
 from pathlib import Path
 
 import pytest
-from scenes import block_on_floor, pressed_down
+from brickwork import facade
+from scenes import block_on_floor, pressed_down, run_command
 
 import masonry_opt as mo
 from masonry_opt.cli.app import FORMER_OPTIONS
@@ -106,6 +107,18 @@ def test_the_examples_of_load_cases_and_earthquakes_run(tmp_path, monkeypatch, c
     last = capsys.readouterr().out.splitlines()[-1]
     assert float(last) == pytest.approx(5 / (15 + 15 + 0.3 * 15 / 2), rel=1e-9)
     assert Path("cases.png").exists()
+
+
+def test_the_example_of_stones_without_mortar_prints_what_the_page_shows(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    mo.write_dxf(facade(2, 10, length=0.24), "facade.dxf")
+    (example,) = blocks(section(page("drawings"), "Stones drawn without their mortar"), "text")
+    _, *runs = example.split("$ masonry-opt ")
+    assert len(runs) == 2
+    for run in runs:
+        command, shown = run.split("\n", 1)
+        _, out, err = run_command(monkeypatch, capsys, *command.split())
+        assert (err + out).split() == shown.split()
 
 
 def test_every_status_and_code_has_a_row_and_no_other():

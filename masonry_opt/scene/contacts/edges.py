@@ -17,6 +17,10 @@ from masonry_opt.scene.scene import Scene
 #: edges keep their coordinates; corners of other edges that touch are moved to the middle between the edges.
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
+#: Smallest length that two parallel edges share, relative to the tolerance. Edges at an angle must share a
+#: longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners make joints.
+_SHORTEST_PARALLEL = 3.0
+
 #: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
 #: needs more time and memory.
 _MOST_EDGES = 20_000_000
@@ -55,7 +59,8 @@ class FacingEdges(sides.Facing):
         """Return the segments that pairs of edges share, if they are longer than the tolerance.
 
         Edge ``i`` belongs to the first block of its pair, edge ``j`` to the second one. Edges that run in
-        opposite directions round their blocks face each other.
+        opposite directions round their blocks face each other. Edges that are farther apart than the
+        tolerance face each other only as :func:`~.sides.faces_across` states.
         """
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
         one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j]))
@@ -78,15 +83,28 @@ class FacingEdges(sides.Facing):
         # Corners of edges that coincide up to rounding are not moved; they keep the coordinates of the
         # drawing.
         ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
-        long = x_ends[1] - x_ends[0] > shortest
+        sine = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])[faces_other]
+        most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
+        long = (extent > shortest) & ((most <= shortest) | sides.faces_across(sine, most, extent - shortest))
         accuracy_first, accuracy_second = (
             _accuracy(tip[edge] - tail[edge], shortest)[long] for edge in (i, j)
         )
-        sine = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-        lean = np.abs(sine[faces_other][long]), shortest / np.maximum(accuracy_first, accuracy_second)
+        lean = sine[long], shortest / np.maximum(accuracy_first, accuracy_second)
         start, end = ends[:, long]
         accuracy = (accuracy_first + accuracy_second) / 2
-        return cls.between(pair[long], width.max(axis=0)[long], (start, end), accuracy, lean)
+        return cls.between(pair[long], most[long], (start, end), accuracy, lean)
+
+    @property
+    def inner_points(self) -> np.ndarray:
+        """Return the points at a quarter, a half and three quarters of each segment, shape (facing, 3, 2)."""
+        share = np.array([0.25, 0.5, 0.75])[:, None]
+        points: np.ndarray = self.start[:, None] + share * (self.end - self.start)[:, None]
+        return points
+
+    @property
+    def breadth(self) -> np.ndarray:
+        """Return the length of each segment, shape (facing,)."""
+        return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return tangents and outlines of shared segments; an outline consists of the segment's two ends.
@@ -105,8 +123,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     """Return the segments along which edges of pairs of blocks touch, or face each other across a gap.
 
     Edges share the part of their bisector onto which both project. They touch if their largest distance there
-    is within the tolerance. Lengths that touch and follow one another, as of an edge drawn in chords, become
-    one length. They become several lengths if the edge bends by more than the tolerance.
+    is within the contact tolerance. Lengths that touch and follow one another, as of an edge drawn in chords,
+    become one length. They become several lengths if the edge bends by more than the tolerance.
 
     Parameters
     ----------
@@ -133,33 +151,48 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         fine = f"outlines have too many corners to find joints ({most})"
         raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or draw the blocks with fewer corners")
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
-    touch = parts.most <= shapes.tolerance
+    touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
-    whole = _join_parts(parts.where(touch), shapes.tolerance).then(across)
+    touching = _join_parts(parts.where(touch), shapes.tolerance)
+    # Where a chain of segments across a gap bends, short segments may be left; they are corners.
+    is_wide = touching.extent > LEAN * touching.most
+    touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
+    if shapes.contact_tolerance == shapes.tolerance:
+        touching = _without_corners(touching, shapes.tolerance)
+    whole = touching.then(across)
     return whole.where(np.argsort(whole.pair, kind="stable"))
 
 
 def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the segments that touch, after consecutive segments of a pair of blocks have been joined.
-
-    Segments that are too short for the distance between their edges are left out; see :data:`~.sides.LEAN`.
-    """
+    """Return the segments that touch, after consecutive segments of a pair of blocks have been joined."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
     chains = [
         chain for pair in pairs[count > 1] for chain in _chains(parts.where(parts.pair == pair), tolerance)
     ]
-    whole = parts.where(count[number] == 1).then(*chains)
-    return whole.where(whole.most <= LEAN * whole.extent)
+    return parts.where(count[number] == 1).then(*chains)
+
+
+def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
+    """Return the segments that touch, without those that may be a corner of one of the two blocks.
+
+    The segments that are left out are too short for the distance between their edges, and their edges are not
+    parallel; see :data:`~.sides.LEAN`.
+    """
+    is_long = touching.most <= LEAN * touching.extent
+    is_parallel = touching.angle <= LEAN
+    return touching.where(is_long | (is_parallel & (touching.extent >= _SHORTEST_PARALLEL * tolerance)))
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     """Yield the chains of consecutive segments of one pair of blocks, each simplified.
 
     A segment follows another one in a chain if it begins within two tolerances of the end of the other one.
+    Across a gap, curved edges drawn in chords need a larger tolerance, a tenth of the gap.
     """
+    nearest = max(tolerance, LEAN * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
-    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * tolerance)
+    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * nearest)
     follower = {int(part): int(distance[part].argmin()) for part in has_follower}
     remaining = set(range(len(parts.pair)))
     # An open chain begins with a segment that follows no other segment. The segments that remain after all
@@ -171,17 +204,18 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
             chain.append(current)
             current = follower.get(current, -1)
         if chain:
-            yield _simplify_chain(parts.where(np.array(chain)), tolerance)
+            yield _simplify_chain(parts.where(np.array(chain)), tolerance, nearest / 2)
 
 
-def _simplify_chain(chain: FacingEdges, tolerance: float) -> FacingEdges:
+def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingEdges:
     """Return the straight segments of the simplified line of a chain.
 
-    Corners are dropped that lie within half the tolerance of the line without them.
+    Corners are dropped that lie within the distance ``off`` of the line without them. ``tolerance`` is the
+    accuracy of the drawing.
     """
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
-    corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
+    corners = shapely.get_coordinates(shapely.simplify(line, off, preserve_topology=False))
     of_chain = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
     pair, most, *lean = (np.full(len(corners) - 1, value) for value in of_chain)
     accuracy = _accuracy(np.diff(corners, axis=0), tolerance)

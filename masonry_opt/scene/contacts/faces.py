@@ -7,6 +7,7 @@ import shapely
 
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, Touches, near_items
+from masonry_opt.scene.geometry import mean_thickness
 from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
@@ -19,7 +20,7 @@ NARROWEST = 10
 
 #: Cosine of the largest angle between faces that share a polygon. A smaller value also accepts faces at a
 #: larger angle to each other.
-_FACING = 0.99
+_FACING = 0.94
 
 #: Smallest difference of the vectors ``SolidCorners.inwards`` of two crossing edges, along the edges' common
 #: normal, at which the edges touch. At a smaller difference all faces at the edges are nearly in one plane.
@@ -37,6 +38,22 @@ class FacingFaces(sides.Facing):
     #: of a plane follows the first axis of the first block's face.
     frame: Frames
     polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (facing,)
+
+    @property
+    def inner_points(self) -> np.ndarray:
+        """Return the middle of each polygon and points halfway to two corners, shape (facing, 3, 3)."""
+        rings = shapely.get_exterior_ring(self.polygon)
+        count = shapely.get_num_points(rings) - 1
+        points = [self.middle]
+        for corner in (np.zeros_like(count), count // 2):
+            flat = shapely.get_coordinates(shapely.get_point(rings, corner))
+            points.append((self.middle + self.frame.up(flat, np.arange(len(count)))) / 2)
+        return np.stack(points, axis=1)
+
+    @property
+    def breadth(self) -> np.ndarray:
+        """Return twice the area of each polygon divided by its perimeter, shape (facing,)."""
+        return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the tangents and outlines of shared polygons; see :meth:`.Facing.outlines`.
@@ -121,15 +138,19 @@ def _shared_polygons(
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     gap = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     least, most = bounds(piece, gap, len(pieces))
+    angle = lengths(np.cross(one.normal, other.normal))[number]
+    width = mean_thickness(shapely.area(pieces), shapely.length(pieces))
     near = (least >= -shapes.contact_tolerance) & (most <= far[number])
-    pieces, number, most = pieces[near], number[near], most[near]
+    near &= (most <= shapes.tolerance) | sides.faces_across(angle, most, width)
+    pieces, number, most, angle = pieces[near], number[near], most[near], angle[near]
     frame = frame.where(number)
     middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
     of_first, of_second = (_accuracy(faces, face, shapes.tolerance)[number] for face in (i, j))
     accuracy, shorter = (of_first + of_second) / 2, shapes.tolerance / np.maximum(of_first, of_second)
-    angle, area = lengths(np.cross(one.normal, other.normal))[number], shapely.area(pieces)
     normal = -frame.normal
-    return FacingFaces(pair[number], most, area, middle, normal, accuracy, angle, shorter, frame, pieces)
+    return FacingFaces(
+        pair[number], most, shapely.area(pieces), middle, normal, accuracy, angle, shorter, frame, pieces
+    )
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:

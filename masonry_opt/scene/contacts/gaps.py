@@ -1,13 +1,41 @@
 """Find small gaps between sides that face each other, and the tolerance at which these sides touch."""
 
+from typing import Literal, NamedTuple
+
 import numpy as np
 
 from masonry_opt.scene.contacts.alignment import DEFAULT_SETTINGS
 from masonry_opt.scene.contacts.sides import LEAN, Facing, Touches, nearest
-from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
+from masonry_opt.scene.geometry import (
+    NEAR_MISS,
+    TOLERANCE_OVER_ERROR,
+    Extents,
+    set_contact_tolerance,
+    set_tolerance,
+)
+from masonry_opt.scene.scene import Scene
+
+#: Option of a scene that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
+#: ``contact_tolerance`` bridges gaps that are meant, such as undrawn mortar.
+ClosingOption = Literal["tolerance", "contact_tolerance"]
 
 
-def near_misses(touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int) -> Facing:
+class Closing(NamedTuple):
+    """Option of a scene that closes small gaps, with its smallest value."""
+
+    option: ClosingOption = "tolerance"
+    tolerance: float = 0.0  #: smallest value of the option that closes all gaps; 0 without gaps
+
+    @property
+    def advice(self) -> str:
+        """Return the advice to set the option, for messages."""
+        is_tolerance = self.option == "tolerance"
+        return set_tolerance(self.tolerance) if is_tolerance else set_contact_tolerance(self.tolerance)
+
+
+def near_misses(
+    touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int, *, drawn_apart: bool = False
+) -> Facing:
     """Return those pairs of facing sides that are separated by a small, probably unintended gap.
 
     Three kinds of rows are left out:
@@ -24,18 +52,34 @@ def near_misses(touching: tuple[Facing | Touches, ...], apart: Facing, pairs: in
         Sides that face each other and do not touch.
     pairs : int
         Number of pairs of blocks.
+    drawn_apart : bool
+        True if blocks are drawn with gaps. Distances up to the breadth of the sides then count as small.
     """
     extent_touching = np.zeros(pairs)
     for joints in touching:
         if isinstance(joints, Facing):
             extent_touching += np.bincount(joints.pair, joints.extent, pairs)
-    width = apart.extent ** (1 / (apart.middle.shape[1] - 1))
-    is_gap = (apart.most <= LEAN * width) & (apart.extent > LEAN * extent_touching[apart.pair])
+    widest = apart.breadth if drawn_apart else LEAN * apart.width
+    is_gap = (apart.most <= widest) & (apart.extent > LEAN * extent_touching[apart.pair])
     apart = apart.where(is_gap)
     if not touching:
         return apart
     distance = [nearest(apart.pair, apart.middle, joints, joints.pair) for joints in touching]
     return apart.where(np.min(distance, axis=0) > 2 * apart.most)
+
+
+def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> Closing:
+    """Return the option of the scene that closes all given gaps.
+
+    Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
+    contact tolerance. ``pairs`` lists the blocks of each pair.
+    """
+    if not len(apart.pair):
+        return Closing()
+    width = shapes.width[pairs[apart.pair]].min(axis=1)
+    if scene.contact_tolerance is not None or (apart.most > NEAR_MISS * width).any():
+        return Closing("contact_tolerance", float(apart.most.max()))
+    return Closing("tolerance", joining_tolerance(apart))
 
 
 def joining_tolerance(apart: Facing) -> float:

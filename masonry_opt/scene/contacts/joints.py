@@ -1,41 +1,45 @@
 """Find the joints of a scene: shared sides of blocks, and corners and edges that touch elsewhere."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import shapely
 
 from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, counted, rounded_up
-from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
 from masonry_opt.scene.contacts.drawn import DrawnContacts
-from masonry_opt.scene.contacts.gaps import joining_tolerance, near_misses
-from masonry_opt.scene.contacts.sides import BlockCorners, Facing
-from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for, set_tolerance
+from masonry_opt.scene.contacts.gaps import Closing, closing, joining_tolerance, near_misses
+from masonry_opt.scene.contacts.mortar import (
+    Bridge,
+    find_bridge,
+    is_drawn_apart,
+    lost_joints,
+    refuse_thin_blocks,
+)
+from masonry_opt.scene.contacts.neighbours import CONTACT_FUNCTIONS, facing_sides, near_pairs
+from masonry_opt.scene.geometry import (
+    MORTAR,
+    Common,
+    Extents,
+    raise_for,
+    set_contact_tolerance,
+    set_tolerance,
+)
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import place
-from masonry_opt.scene.space.shapes import shapes
-
-#: Functions for each dimension (2 or 3): compute the shapes of blocks, find sides that face each other, and
-#: find contacts at corners.
-_CONTACT_FUNCTIONS: dict[
-    int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]
-] = {
-    2: (geometry, edges.facing, edges.PlaneCorners),
-    3: (shapes, faces.facing, faces.SolidCorners),
-}
 
 #: Largest difference of coordinates that counts as rounding, relative to the spacing of floating-point
 #: numbers at the largest coordinate. With a larger value, small errors of a drawing remain unaligned.
 _COORDINATE_ROUNDING = 64.0
 
-#: Largest width of the small gap between two blocks, by the pair of the blocks' indices.
+#: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other block.
+_SHARE_INSIDE = 0.999
+
+#: Largest width of the gap between two blocks, by the pair of the blocks' indices.
 Gaps = dict[tuple[int, int], float]
 
 
@@ -81,7 +85,9 @@ class Joints:
     strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with their largest widths
-    joining_tolerance: float  #: smallest tolerance at which all small gaps become joints; 0 without gaps
+    closing: Closing  #: option of the scene that turns all small gaps into joints
+    #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
+    lost: Gaps
     #: Lines along small gaps (in space: around small gaps), shape (lines, 2, 2) or (lines, 2, 3).
     facing: np.ndarray
     #: Indices of pairs of blocks that touch without a contact normal and therefore have no joint: corner on
@@ -167,18 +173,19 @@ def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np
 
 def shapes_of(scene: Scene) -> Extents:
     """Return the shapes of the blocks of a scene. Raises CaseError if a block has no valid shape."""
-    return _CONTACT_FUNCTIONS[scene.dimension][0](scene)
+    return CONTACT_FUNCTIONS[scene.dimension][0](scene)
 
 
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
     """Find the joints of a scene.
 
-    Two blocks, not both fixed, have a joint wherever their sides face each other. The sides must stay within
-    the tolerance, or the contact tolerance, over all that they share. The joint lies on the bisecting line or
-    plane of the sides.
+    Two blocks, not both fixed, have a joint wherever their sides face each other with no third block between
+    them. The sides must stay within the contact tolerance, by default the tolerance, over all that they
+    share. The joint lies on the bisecting line or plane of the sides.
 
-    - In the plane sides are edges. The length that two edges share is a joint. Lengths below ten tolerances
-      are joints only if the edges stay within a tenth of the length.
+    - In the plane sides are edges. The length that two edges share is a joint. In a scene without contact
+      tolerance, lengths below ten tolerances are joints only if the edges are nearly parallel or stay within
+      a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
     - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
       than ten tolerances are no joints.
@@ -203,11 +210,11 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         If too many pairs of blocks are near each other; if blocks overlap; if a movable block touches nothing
         or reaches no support, unless ``floating``; or if an exception names two blocks that do not touch.
     """
-    pairs = near_pairs(scene, shapes)
+    refuse_thin_blocks(scene, shapes)
+    pairs = near_pairs(scene, shapes, shapes.reach)
     both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
-    _, find_facing, corners_of = _CONTACT_FUNCTIONS[scene.dimension]
-    facing = find_facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
+    facing = facing_sides(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
     touch, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
     fixed_pairs = len(np.unique(facing.pair[touch & ~can_move]))
     shared, across = facing.where(touch & can_move), facing.where(~touch & can_move)
@@ -216,13 +223,14 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     may_meet_elsewhere = ~both_fixed
     may_meet_elsewhere[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
     asked = np.flatnonzero(may_meet_elsewhere)
-    corners = corners_of(shapes, np.unique(pairs[asked]))
+    corners = CONTACT_FUNCTIONS[scene.dimension][2](shapes, np.unique(pairs[asked]))
     contacts = corners.touches(pairs, asked, shared)
-    across = near_misses((shared, contacts), across, len(pairs))
+    drawn_apart = is_drawn_apart(scene, shapes)
+    across = near_misses((shared, contacts), across, len(pairs), drawn_apart=drawn_apart)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
-    joining = joining_tolerance(across)
+    closes_gaps = closing(scene, shapes, pairs, across)
     # Order the joints by pair of blocks; within a pair, shared sides precede contacts along edges and at
     # points.
     owner = np.concatenate([shared.pair, contacts.pair])
@@ -233,9 +241,13 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    has_no_gap = ~np.isin(meeting, across.pair)
+    facing_pairs = np.concatenate([pairs[owner[order]], pairs[across.pair]])
+    lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
+    # Other warnings name the pairs of blocks with a gap, or with a lost joint.
+    named = {*gaps, *lost}
+    has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
     if not floating:
-        refuse_floating(scene, shapes, (first, second), gaps, joining)
+        refuse_floating(scene, shapes, (first, second), closes_gaps)
     normal = np.concatenate([shared.normal, contacts.normal])[order]
     accuracy = np.concatenate([shared.accuracy, contacts.accuracy])[order]
     extent = np.concatenate([shared.extent, np.zeros(len(contacts.pair))])[order]
@@ -261,10 +273,11 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         point=after.point,
         joint=joint,
         ring=ring,
-        **joint_properties(scene, first, second, gaps, joining),
+        **joint_properties(scene, first, second, gaps, closes_gaps),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
-        joining_tolerance=joining,
+        closing=closes_gaps,
+        lost=lost,
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
@@ -284,12 +297,12 @@ def _measure_moved(
 
 
 def joint_properties(
-    scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, joining: float
+    scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, closes_gaps: Closing
 ) -> dict[str, Any]:
     """Return friction, cohesion, dilatancy and strength of all joints, as attributes of :class:`Joints`.
 
-    Raises CaseError if the two blocks of an exception do not touch. The message names the tolerance
-    ``joining`` that closes the small gaps if one of ``gaps`` separates the two blocks.
+    Raises CaseError if the two blocks of an exception do not touch. If one of the small ``gaps`` separates
+    the two blocks, the message names the option that closes all small gaps.
     """
     properties = {
         name: np.full((len(first), *np.shape(value)), value) for name, value in _values(scene.joints).items()
@@ -305,7 +318,7 @@ def joint_properties(
             remedy = ""
             if (one, other) in gaps:
                 width = f"the gap between them is up to {rounded_up(gaps[one, other], 2)} wide"
-                remedy = f": {width}; {set_tolerance(joining)} if they should touch"
+                remedy = f": {width}; {closes_gaps.advice} if they should touch"
             no_joint = f"these blocks {why}, so they have no joint whose properties could be set"
             raise CaseError(f"{scene.origin}: {where}: {no_joint}{remedy}")
         for name, value in _values(exception.over(scene.joints)).items():
@@ -325,47 +338,6 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
         "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
         "strength": joint.strength or np.inf,
     }
-
-
-#: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
-#: With a larger value, a scene of coincident blocks is refused only after more time and memory.
-_MOST_PAIRS = 1_000_000
-
-#: Largest number of pairs of neighbouring blocks for each block. In a wall a block has about six neighbours;
-#: coincident blocks are all neighbours of each other.
-_MOST_PAIRS_PER_BLOCK = 40
-
-#: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
-_BLOCKS_AT_A_TIME = 100
-
-
-def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
-    """Return the pairs of blocks whose bounding boxes are near each other, as sorted indices i < j.
-
-    The shape is (pairs, 2). Raises CaseError if there are too many pairs.
-    """
-    (low, high), far = shapes.boxes, shapes.reach
-    # The search tree is two-dimensional. In space, omit the coordinate axis along which the scene is
-    # shortest.
-    across = np.argsort(np.ptp(low, axis=0))[-2:]
-    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
-    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
-    count = len(low)
-    pairs: list[np.ndarray] = []
-    number_of_pairs = 0
-    for first in range(0, count, _BLOCKS_AT_A_TIME):
-        last = first + _BLOCKS_AT_A_TIME
-        i, j = tree.query(grown[first:last])
-        i += first
-        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
-        near = (i < j) & (apart <= np.minimum(far[i], far[j]))
-        pairs.append(np.column_stack([i[near], j[near]]))
-        number_of_pairs += len(pairs[-1])
-        if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
-            many = f"the first {min(last, count)} have {number_of_pairs} neighbours"
-            why = f"too many blocks overlap or coincide: {many}; check the coordinates of the blocks"
-            raise CaseError(f"{scene.origin}: {why}")
-    return np.unique(np.concatenate(pairs), axis=0)
 
 
 def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
@@ -388,14 +360,15 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     deepest = max(overlaps[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
-    remedy = shapes.remedy.format(rounded_up(depth, 2))
-    if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
+    remedy = ""
+    if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
         remedy = ", or remove one: one block is inside the other"
-    elif deepest.depth <= shapes.reach[pairs[worst]].min():
+    elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
-        # For deeper overlaps the blocks must be moved apart.
         joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
         remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
+    elif depth <= MORTAR * shapes.width[pairs[worst]].min():
+        remedy = f", or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
@@ -411,9 +384,8 @@ def _tolerance_for_overlaps(
 
     ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
     """
-    _, find_facing, _ = _CONTACT_FUNCTIONS[scene.dimension]
     shapes = replace(shapes, contact_tolerance=depth)
-    facing = find_facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
+    facing = facing_sides(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
     touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
@@ -422,11 +394,11 @@ def _tolerance_for_overlaps(
 
 
 def refuse_floating(
-    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], gaps: Gaps, joining: float
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
     """Raise CaseError if a block touches no other block or is not connected to a support.
 
-    ``joined`` holds the two blocks of each joint, ``joining`` is the tolerance that closes the small gaps.
+    ``joined`` holds the two blocks of each joint, ``closes_gaps`` is the option that closes the small gaps.
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
@@ -437,16 +409,21 @@ def refuse_floating(
     for strut in [*scene.ties, *scene.props]:
         ends = [index.get(name, ground) for name in strut.between]
         first, second = np.append(first, ends[0]), np.append(second, ends[1])
-    touched = np.zeros(count, dtype=bool)
-    touched[first] = touched[second] = True
-    alone = np.flatnonzero(~touched & ~fixed)
-    if len(alone):
-        advice = _nearest_block(scene, shapes, int(alone[0]), gaps, joining)
-        raise_for(alone, scene, f"touches no other block: {advice}")
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
+    bridge = find_bridge(scene, shapes, (first, second), closes_gaps) if len(loose) else None
+    if bridge:
+        # Name blocks first that the advised tolerance connects.
+        loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
+    is_alone = ~np.isin(loose, [first, second])
+    alone = loose[is_alone]
+    if len(alone):
+        raise_for(
+            alone, scene, f"touches no other block: {_nearest_block(scene, shapes, int(alone[0]), bridge)}"
+        )
+    remedy = f"support it, or {bridge.advice(scene)}" if bridge else "support it"
     raise_for(
-        loose, scene, "is not connected to any fixed block, directly or through other blocks: support it"
+        loose, scene, f"is not connected to any fixed block, directly or through other blocks: {remedy}"
     )
     if not joints:
         raise CaseError(
@@ -454,24 +431,22 @@ def refuse_floating(
         )
 
 
-def _nearest_block(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
+def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:
     """Return as text the distance of an isolated block from its neighbour, and how to close the gap.
 
-    The neighbour is the nearest block that faces the isolated block, or else the nearest of all blocks.
+    The neighbour is a block that the isolated block faces, or else the nearest of all blocks.
     """
-    remedy = ""
-    faced = [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]
-    if faced:
-        gap, other = min(faced)
-        which = "which it faces, is up to"
-    else:
-        other, gap = shapes.nearest(block)
-        which = "the nearest, is"
-    name, both = repr(scene.blocks[other].name), [block, other]
-    if not faced and gap <= shapes.tolerance:
+    if bridge and block in bridge.neighbour:
+        other, gap = bridge.neighbour[block]
+        name = repr(scene.blocks[other].name)
+        if not bridge.gap:
+            return (
+                f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
+            )
+        faced = f"{name}, which it faces, is up to {gap:.3g} away"
+        return f"{faced}: close the gap, or {bridge.advice(scene)}"
+    other, gap = shapes.nearest(block)
+    name = repr(scene.blocks[other].name)
+    if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting} of either"
-    if faced or gap <= shapes.reach[both].min():
-        remedy = f", or {set_tolerance(max(gap, joining))} if coordinates are inexact"
-    elif gap <= shapes.mortar * shapes.width[both].min():
-        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if the drawing leaves out mortar"
-    return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or remove the block"
+    return f"{name}, the nearest, is {gap:.3g} away: close the gap, or remove the block"

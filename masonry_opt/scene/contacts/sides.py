@@ -20,6 +20,21 @@ from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 #: larger value accepts edges at a larger angle to each other.
 LEAN = 0.1
 
+#: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar
+#: between rectangular bricks of a small arch. A larger value also joins sides that meet at a corner.
+_MOST_ANGLE_ACROSS = 0.34
+
+
+def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """Return True for sides that face each other across a gap, shape (rows,).
+
+    The sides must be nearly parallel. The width of what they share must be larger than a tenth of the gap,
+    and larger than the gap times the sine of the angle between them: smaller widths may be corners, which the
+    choice of the bisector moves.
+    """
+    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LEAN) * gap)
+    return is_facing
+
 
 @dataclass(frozen=True)
 class Items:
@@ -113,6 +128,22 @@ class Facing(Rows, ABC):
     accuracy: np.ndarray
     angle: np.ndarray  #: angle in radians between the two sides, shape (facing,)
     shorter: np.ndarray  #: length of the shorter edge (in space: width of the narrower face), shape (facing,)
+
+    @property
+    def width(self) -> np.ndarray:
+        """Return the length of each segment (in space: the square root of each area), shape (facing,)."""
+        width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
+        return width
+
+    @property
+    @abstractmethod
+    def inner_points(self) -> np.ndarray:
+        """Return three points inside each segment or polygon, shape (facing, 3, 2) or (facing, 3, 3)."""
+
+    @property
+    @abstractmethod
+    def breadth(self) -> np.ndarray:
+        """Return the length of each segment (in space: the mean breadth of each polygon), shape (facing,)."""
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

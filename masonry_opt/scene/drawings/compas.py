@@ -89,7 +89,8 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
         that eccentricity across the plane is left aside.
     tolerance: Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for
         faces, and of gaps as in :class:`Scene`).
-    contact_tolerance: In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
+    contact_tolerance: Gap or overlap of edges (in space: faces) up to which blocks touch, such as mortar that
+        is not drawn; see :class:`Scene`.
     """
     path = as_path(path, "such a drawing", ".json")
     data = parse_file(path)

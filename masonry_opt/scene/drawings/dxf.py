@@ -56,6 +56,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     net: bool = False,
     window_layers: Iterable[str] = WINDOWS,
     tolerance: float | None = None,
+    contact_tolerance: float | None = None,
     outline_tolerance: float | None = None,
     sagitta: float | None = None,
     to_metres: bool = False,
@@ -93,6 +94,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     window_layers: Of a net: what lines of layers with one of these words in their name enclose is no block.
     tolerance: Length below which gaps and overlaps between blocks are nothing (default: as in
         :class:`Scene`).
+    contact_tolerance: Gap or overlap of facing edges up to which blocks touch, such as mortar that is not
+        drawn; see :class:`Scene`.
     outline_tolerance: Gap up to which two ends of lines meet in an outline, where no third one is as near;
         ends that meet within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else
         those 1e-6). Of a net: gap up to which an end goes on to the next line, and width of the narrowest

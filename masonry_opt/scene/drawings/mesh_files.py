@@ -77,7 +77,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     tolerance: Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
         (default: twice the last decimal where all coordinates have a few decimals and that is little beside
         the blocks, else as in :class:`Scene`).
-    contact_tolerance: Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
+    contact_tolerance: Gap or overlap of faces up to which blocks touch, such as mortar that is not drawn; see
+        :class:`Scene`.
     """
     path = as_path(path, "a mesh", *MESHES)
     drawing = MeshDrawing.of(locals())

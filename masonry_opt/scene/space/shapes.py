@@ -8,7 +8,16 @@ from itertools import product
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
+from masonry_opt.scene.geometry import (
+    RELATIVE_TOLERANCE,
+    Common,
+    Extents,
+    contact_tolerance_of,
+    frame_of,
+    mean_thickness,
+    raise_for,
+    refuse_too_thin,
+)
 from masonry_opt.scene.rows import bounds, chunks, combine, dots, following, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import FacePlanes, OuterFaces, Surfaces, outer_faces, place, planes
@@ -138,10 +147,7 @@ class Shapes(Extents):
     faces: OuterFaces  #: outer faces of the blocks
 
     within = "in a volume"
-    remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
     meeting = "only along edges or at corners, but a joint needs a face"
-    inside = 0.999
-    mortar = 0.2
     enough = 100  # each overlap takes a linear program
 
     __repr__ = brief
@@ -197,6 +203,24 @@ class Shapes(Extents):
         parts = np.flatnonzero(self.parts.block == block)
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
+    def thickness(self) -> np.ndarray:
+        """Return the smallest distance of two parallel planes around each block, shape (blocks,).
+
+        The thickness of a block of several parts is that of its thickest part.
+        """
+        parts = self.parts
+        thickness = np.zeros(len(self.size))
+        first_plane, first_point = (
+            np.searchsorted(part, np.arange(len(parts.block) + 1))
+            for part in (parts.of_plane, parts.of_point)
+        )
+        for part, block in enumerate(parts.block):
+            planes = slice(*first_plane[part : part + 2])
+            points = parts.points[slice(*first_point[part : part + 2])]
+            height = parts.normal[planes] @ points.T - parts.offset[planes, None]
+            thickness[block] = max(thickness[block], float(-height.min(axis=1).max()))
+        return thickness
+
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         """Yield the index of each pair of blocks that overlap, with a common region of two of their parts."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
@@ -238,6 +262,10 @@ def shapes(scene: Scene) -> Shapes:
     surfaces = replace(surfaces, points=surfaces.points - origin)
     signed_volume, area, middle = _volumes(surfaces)
     volume = np.abs(signed_volume)
+    diagonal = float(np.hypot.reduce(np.ptp(surfaces.points, axis=0)))
+    refuse_too_thin(
+        scene, surfaces.block, mean_thickness(volume, area), (tolerance, RELATIVE_TOLERANCE * diagonal)
+    )
     block = surfaces.block[volume <= tolerance * area / 2]
     none = f"has no volume (tolerance {tolerance:.3g})"
     raise_for(
@@ -252,7 +280,7 @@ def shapes(scene: Scene) -> Shapes:
     centroid = sums(surfaces.block, volume[:, None] * middle, blocks) / volume_of_block[:, None]
     convex = np.bincount(surfaces.block, minlength=blocks) == 1
     faces = outer_faces(surfaces, flat, tolerance)
-    touching = max(tolerance, scene.contact_tolerance or 0.0)
+    touching = contact_tolerance_of(scene, tolerance)
     return Shapes(
         origin, tolerance, touching, volume_of_block, centroid, convex, surfaces.mixed, parts, faces
     )

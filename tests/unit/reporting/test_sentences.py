@@ -39,7 +39,7 @@ VALUES = {
     "key": "strength", "kind": "tie", "kinematic_cuts": 1, "least": 0.4, "jumps": 2,
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "median": 22.0,
     "most": 0.6, "name": "rod", "names": ["lorry"], "not_carried": 0.5, "normal_forces": [12.5],
-    "number": 3, "off": 0.1,
+    "number": 3, "off": 0.1, "option": "contact_tolerance",
     "other": 22.0, "pairs": [["A", "B"]], "per_area": True, "period": 2, "rates": 100.0, "ratio": 1000.0,
     "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "searched": False, "size": 3.0, "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,

@@ -141,7 +141,8 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
     area, x, y = map(float, re.search(r"area of (\S+) near \((\S+), (\S+)\)", str(error.value)).groups())
     assert area == pytest.approx(1 - left, rel=1e-4)
     assert (x, y) == pytest.approx((shift + (1 + left) / 2, 0.5), rel=1e-5)
-    assert ("tolerance" in str(error.value)) is rounded
+    assert ("'tolerance'" in str(error.value)) is rounded
+    assert ("'contact_tolerance'" in str(error.value)) is not rounded
 
 
 def test_an_exception_between_blocks_that_do_not_touch_is_refused():

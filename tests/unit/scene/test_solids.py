@@ -150,7 +150,6 @@ def test_a_wrong_scene_of_solids_is_refused(name):
         ({"loads": [{"block": "flat", "live": (1, 0, 0)}]}, ["'flat'", "'live'"]),
         ({"loads": [{"block": "flat", "live": (1, 0), "at": (1, 0, 0)}]}, ["'flat'", "'at'"]),
         ({"loads": [{"block": "flat", "dead_moment": (1, 0, 0)}]}, ["'flat'", "'dead_moment'"]),
-        ({"contact_tolerance": 0.1}, ["'contact_tolerance'"]),
     ],
 )
 def test_three_numbers_are_refused_in_the_plane(keys, words):

@@ -1,0 +1,247 @@
+"""Find stones that are drawn without their mortar, and the contact tolerance that joins them."""
+
+from bisect import bisect_left
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_opt.errors import counted
+from masonry_opt.scene.contacts.gaps import Closing, closing
+from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
+from masonry_opt.scene.contacts.sides import LEAN, Facing
+from masonry_opt.scene.geometry import (
+    MORTAR,
+    NEAR_MISS,
+    RELATIVE_TOLERANCE,
+    Extents,
+    raise_for,
+    refuse_too_thin,
+)
+from masonry_opt.scene.rows import linked
+from masonry_opt.scene.scene import Scene
+
+#: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
+#: larger value, the advised tolerance also closes narrow openings.
+_WIDEST_OF_MORTAR = 2.0
+
+#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as
+#: parallel. With a larger value, errors of coordinates count as gaps that are meant.
+_PARALLEL_ERROR = 0.1
+
+#: Smallest thickness of a block, relative to ``tolerance``. Thinner blocks are refused. With a smaller value,
+#: both sides of a block would be one line or plane.
+_THINNEST = 2.0
+
+
+@dataclass(frozen=True)
+class Bridge:
+    """Contact tolerance, or tolerance, that connects floating blocks to supports."""
+
+    closing: Closing  #: option of the scene, with its smallest value
+    gap: float  #: width of the widest gap that the option closes; 0 if the blocks touch
+    widest: tuple[int, int]  #: blocks on both sides of the widest gap
+    joints: int  #: number of joints that the option adds
+    blocks: int  #: number of floating blocks that the option connects to supports
+    remaining: np.ndarray  #: indices of the blocks that remain without support
+    neighbour: dict[int, tuple[int, float]]  #: block that each block faces, and the width of the gap
+    #: True if the scene has a tolerance as large as mortar, which the contact tolerance replaces.
+    replaces_tolerance: bool
+
+    def advice(self, scene: Scene) -> str:
+        """Return the advice to set the option, with its effect, for messages."""
+        if not self.gap:
+            many = counted(self.joints, "joint")
+            return f"lower 'tolerance', which is too large for {many} that connect {self._connections(scene)}"
+        one, other = (repr(scene.blocks[index].name) for index in self.widest)
+        instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
+        makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
+        makes += f" (widest between {one} and {other}) and connects {self._connections(scene)}"
+        return f"{self.closing.advice}{instead}, which {makes}"
+
+    def _connections(self, scene: Scene) -> str:
+        """Return as text how many blocks the option connects to supports, and the first other block."""
+        connected = f"{counted(self.blocks, 'block')} to supports"
+        others = len(self.remaining) - 1
+        if others < 0:
+            return connected
+        more = f" and {counted(others, 'other block')}" if others else ""
+        return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
+
+
+def find_bridge(
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], near: Closing
+) -> Bridge | None:
+    """Return the smallest tolerance that connects floating blocks to supports; None if no tolerance does.
+
+    The tolerance is the width of the widest gap that must be closed, or of a wider gap that is mortar of the
+    same masonry.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes.
+    joined : tuple of ndarray
+        The two blocks of each joint, tie and prop.
+    near : Closing
+        Option that closes the small gaps of the scene.
+    """
+    pairs, facing = _gaps_to_close(scene, shapes, joined)
+    ends = pairs[facing.pair]
+
+    def floating(gap: float) -> np.ndarray:
+        """Return the blocks without support if gaps up to a given width are closed."""
+        closed = ends[facing.most <= gap]
+        group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
+        return np.flatnonzero(~np.isin(group, group[scene.fixed]))
+
+    before, remaining = len(floating(-np.inf)), floating(np.inf)
+    if len(remaining) == before:
+        return None
+    widths = np.unique(facing.most)
+    needed = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
+    usual = float(np.median(facing.most[facing.most <= needed]))
+    is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
+    gap = float(facing.most[is_mortar].max())
+    connected = before - len(floating(gap))
+    # Find the sides again with the new contact tolerance: parts of curved edges then become one joint.
+    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
+    closed = facing.where(facing.most <= gap)
+    if not len(closed.pair):
+        return None
+    closed_ends = pairs[closed.pair]
+    # Widths that differ by rounding are equal, so that the first of several blocks is named.
+    width = np.round(closed.most / max(gap, _fine_tolerance(scene, shapes)), 6)
+    first, second = closed_ends[width.argmax()].tolist()
+    neighbour: dict[int, tuple[int, float]] = {}
+    for row in np.argsort(width, kind="stable").tolist():
+        i, j = closed_ends[row].tolist()
+        neighbour.setdefault(i, (j, float(closed.most[row])))
+        neighbour.setdefault(j, (i, float(closed.most[row])))
+    option = _option(scene, shapes, pairs, closed, near)
+    if gap <= _fine_tolerance(scene, shapes):
+        gap = 0.0
+    replaces = option.option == "contact_tolerance" and _has_large_tolerance(scene, shapes)
+    return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces)
+
+
+def _gaps_to_close(
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    *,
+    contact_tolerance: float | None = None,
+) -> tuple[np.ndarray, Facing]:
+    """Return pairs of blocks, and their sides across possible mortar joints, without sides that have a joint.
+
+    ``joined`` holds the two blocks of each joint. ``contact_tolerance`` replaces that of the shapes.
+    """
+    wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
+    pairs, facing = _facing_across_mortar(scene, wider)
+    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
+    return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
+
+
+def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
+    """Return the option of the scene that closes given gaps, and its value.
+
+    Several gaps with parallel sides are meant, and no errors of coordinates, so that the contact tolerance
+    closes them. If ``near`` is a tolerance, a tolerance closes the small gaps of the scene too.
+    """
+    option = closing(scene, shapes, pairs, closed)
+    is_parallel = closed.angle * closed.shorter <= _PARALLEL_ERROR * closed.most
+    if len(closed.pair) > 1 and is_parallel.all():
+        return Closing("contact_tolerance", float(closed.most.max()))
+    if option.option == near.option == "tolerance":
+        return Closing("tolerance", max(option.tolerance, near.tolerance))
+    return option
+
+
+def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
+    """Return True if the scene has a contact tolerance, or a tolerance as large as mortar."""
+    return scene.contact_tolerance is not None or _has_large_tolerance(scene, shapes)
+
+
+def _has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
+    """Return True if the tolerance of the scene is larger than errors of a drawing relative to its blocks."""
+    return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
+
+
+def lost_joints(
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
+) -> dict[tuple[int, int], float]:
+    """Return the pairs of blocks that face each other, but have no joint because the tolerance is too large.
+
+    The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
+    width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
+    """
+    if not _has_large_tolerance(scene, shapes):
+        return {}
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    ends = pairs[facing.pair]
+    is_lost = (facing.most <= shapes.reach[ends].min(axis=1)) & ~np.isin(
+        _codes(ends, scene), _codes(np.column_stack(joined), scene)
+    )
+    is_lost &= facing.width > LEAN * shapes.width[ends].min(axis=1)
+    gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
+    lost: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
+        lost[i, j] = max(lost.get((i, j), 0.0), width)
+    return lost
+
+
+def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
+    """Raise CaseError if a movable block is not thicker than the tolerances of the scene.
+
+    The message names the thinnest block.
+    """
+    is_large = shapes.tolerance > LEAN * shapes.width[~scene.fixed].min()
+    if scene.contact_tolerance is None and not is_large:
+        return
+    thickness = np.where(scene.fixed, np.inf, shapes.thickness())
+    thinnest = np.argsort(thickness, kind="stable")
+    least = float(thickness[thinnest[0]])
+    refuse_too_thin(scene, np.arange(len(thickness)), thickness, (_THINNEST * shapes.tolerance, 0.0))
+    if scene.contact_tolerance is None:
+        return
+    too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
+    bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
+    lower = "lower 'contact_tolerance', or draw the block as one with a neighbour"
+    raise_for(too_thin, scene, f"is {least:.3g} thick, {bridges}: {lower}")
+
+
+def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
+    """Return pairs of blocks, and their sides that touch or face each other across a possible mortar joint.
+
+    The sides are found with the default tolerance of lengths, so that a large tolerance of the scene hides
+    none of them.
+    """
+    fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
+    movable_width = shapes.width[~scene.fixed]
+    thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
+    # The widest end of a wedge-shaped gap may be twice as wide as its middle.
+    pairs = near_pairs(scene, fine, 2 * thickest)
+    pairs = pairs[~scene.fixed[pairs].all(axis=1)]
+    most = thickest[pairs].min(axis=1, initial=np.inf)
+    facing = facing_sides(scene, fine, pairs, 2 * most)
+    return pairs, facing.where(_mean_gap(facing) <= most[facing.pair])
+
+
+def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
+    """Return the tolerance of lengths of a scene, or the default tolerance if this is smaller."""
+    low, high = (corners[~scene.fixed] for corners in shapes.boxes)
+    default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
+    return min(shapes.tolerance, default)
+
+
+def _mean_gap(facing: Facing) -> np.ndarray:
+    """Return the mean distance of sides that face each other, shape (facing,)."""
+    mean: np.ndarray = facing.most - facing.angle * facing.width / 2
+    return mean
+
+
+def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return one number for each pair of blocks, whatever their order, shape (pairs,)."""
+    codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
+    return codes

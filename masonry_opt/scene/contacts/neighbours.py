@@ -1,0 +1,109 @@
+"""Find pairs of blocks that are near each other, and the sides of each pair that face each other."""
+
+from collections.abc import Callable
+
+import numpy as np
+import shapely
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.contacts import edges, faces
+from masonry_opt.scene.contacts.sides import BlockCorners, Facing
+from masonry_opt.scene.geometry import Extents, geometry
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.shapes import shapes as shapes_in_space
+
+#: Functions for each dimension (2 or 3): compute the shapes of blocks, find sides that face each other, and
+#: find contacts at corners.
+CONTACT_FUNCTIONS: dict[
+    int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]
+] = {
+    2: (geometry, edges.facing, edges.PlaneCorners),
+    3: (shapes_in_space, faces.facing, faces.SolidCorners),
+}
+
+#: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
+#: With a larger value, a scene of coincident blocks is refused only after more time and memory.
+_MOST_PAIRS = 1_000_000
+
+#: Largest number of pairs of neighbouring blocks for each block. In a wall a block has about six neighbours;
+#: coincident blocks are all neighbours of each other.
+_MOST_PAIRS_PER_BLOCK = 40
+
+#: Number of the three points in a gap that must be in third blocks if these blocks lie between its sides.
+#: With a smaller value, a block that covers a part of the gap opens the whole joint.
+_POINTS_BETWEEN = 2
+
+#: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
+_BLOCKS_AT_A_TIME = 100
+
+
+def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
+    """Return the pairs of blocks whose bounding boxes are near each other, as sorted indices i < j.
+
+    The shape is (pairs, 2). Two boxes are near if their distance is at most ``far`` of both blocks, shape
+    (blocks,). Raises CaseError if there are too many pairs.
+    """
+    low, high = shapes.boxes
+    across = _search_axes(shapes)
+    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
+    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
+    count = len(low)
+    pairs: list[np.ndarray] = []
+    number_of_pairs = 0
+    for first in range(0, count, _BLOCKS_AT_A_TIME):
+        last = first + _BLOCKS_AT_A_TIME
+        i, j = tree.query(grown[first:last])
+        i += first
+        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
+        near = (i < j) & (apart <= np.minimum(far[i], far[j]))
+        pairs.append(np.column_stack([i[near], j[near]]))
+        number_of_pairs += len(pairs[-1])
+        if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            many = f"the first {min(last, count)} have {number_of_pairs} neighbours"
+            why = f"too many blocks overlap or coincide: {many}; check the coordinates of the blocks"
+            raise CaseError(f"{scene.origin}: {why}")
+    return np.unique(np.concatenate(pairs), axis=0)
+
+
+def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> Facing:
+    """Return the sides of pairs of blocks that touch, or face each other with no third block between them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes.
+    pairs : ndarray, shape (pairs, 2)
+        Pairs of blocks that are near each other.
+    far : ndarray, shape (pairs,)
+        Largest distance between sides that face each other, for each pair.
+    """
+    facing = CONTACT_FUNCTIONS[scene.dimension][1](scene, shapes, pairs, far)
+    apart = np.flatnonzero(facing.most > shapes.tolerance)
+    behind = _has_block_between(shapes, pairs[facing.pair[apart]], facing.inner_points[apart])
+    return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
+
+
+def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Return True for each gap with a third block in it, shape (gaps,).
+
+    ``ends`` holds the two blocks of each gap, ``inner`` three points in the middle of the gap. Two of these
+    points must be in third blocks, because the third point may be in a joint between them.
+    """
+    low, high = shapes.boxes
+    across = _search_axes(shapes)
+    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
+    points, owner = inner.reshape(-1, inner.shape[-1]), np.repeat(np.arange(len(ends)), inner.shape[1])
+    point, block = tree.query(shapely.points(points[:, across]))
+    in_box = ((low[block] <= points[point]) & (points[point] <= high[block])).all(axis=1)
+    is_third = in_box & (ends[owner[point]] != block[:, None]).all(axis=1)
+    is_inside = np.zeros(len(points), dtype=bool)
+    for number, third in zip(point[is_third].tolist(), block[is_third].tolist(), strict=True):
+        is_inside[number] |= shapes.away(third, points[number]) <= 0
+    return np.bincount(owner, is_inside, len(ends)) >= _POINTS_BETWEEN
+
+
+def _search_axes(shapes: Extents) -> np.ndarray:
+    """Return the two coordinate axes of search trees: in space those along which blocks spread most."""
+    return np.argsort(np.ptp(shapes.boxes[0], axis=0))[-2:]
