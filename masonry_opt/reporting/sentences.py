@@ -111,6 +111,16 @@ def numeral(value: float, spec: str) -> str:
     return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
 
 
+def _carried(v: dict[str, Any]) -> str:
+    """State which forces carry the dead load of a stable scene, and whether other forces carry it too."""
+    if v["unique"]:
+        return "equilibrium alone fixes the forces that carry the dead load"
+    many = "one of many solutions that carry the dead load"
+    if v["elastic"]:
+        return f"the forces shown are those of elastic contacts that come to rest: {many}"
+    return f"the forces shown are those that a program found: {many}, and may contain self-stress"
+
+
 def _slide(v: dict[str, Any]) -> str:
     """Return a clause that states which joints slide, by name if the names are known."""
     return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
@@ -274,6 +284,7 @@ def _corners_bear(v: dict[str, Any]) -> str:
 
 #: Sentence of each code: a format string for the values of the reason, or a function of these values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
+    Code.CARRIED: _carried,
     Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support the falling blocks",
     Code.HANGS: lambda v: (
         f"{do(v, 'hang')}: no joint supports {'it' if len(v['blocks']) == 1 else 'them'} from below"

@@ -104,6 +104,22 @@ def test_the_examples_of_load_cases_and_earthquakes_run(tmp_path, monkeypatch, c
     assert Path("cases.png").exists()
 
 
+def test_the_answers_of_the_page_on_stability_are_those_shown(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("stability")
+    Path("arch.toml").write_text(blocks(text, "toml")[0], "utf-8")
+    assert f"{mo.solve('arch.toml')}\n" == blocks(text, "text")[0]
+    exec(blocks(text, "python")[0], {})
+    assert capsys.readouterr().out.startswith("stable WorstJoint(first='brick 1', second='brick 2'")
+    assert Path("bricks.png").exists()
+    assert set(told(section(text, "What the answer contains"))) == {
+        "forces",
+        "least friction",
+        "thrust",
+        "worst joint",
+    }
+
+
 def test_every_status_and_code_has_a_row_and_no_other():
     text = page("messages")
     names = told(text)
