@@ -184,10 +184,14 @@ def check(scene: Scene | str | Path) -> DualityReport:
 def _of_margin(result: Result) -> Problem:
     """Return the problem whose associative load factor is the margin of stability of a stable scene.
 
-    Raises NoLoadFactorError if self-stress can press all joints without limit.
+    Raises NoLoadFactorError if the scene has no joints, or if self-stress can press all joints without limit.
     """
     from masonry_opt.stability.existence import existence
 
+    if not result.size.joints:
+        raise NoLoadFactorError(
+            f"{result.case}: {STABLE}; no blocks touch, so no joint has a margin to compare"
+        )
     problem = with_pressure_removed(result.assembly.problem)
     certificate = existence(problem, Effort(), of_mechanism=False) if problem.live_norm else None
     if not problem.live_norm or (certificate and certificate.existence is Existence.UNBOUNDED):

@@ -221,7 +221,8 @@ def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """Return the text of an LP file (CPLEX format), keyed by its ending."""
     text = io.StringIO()
-    LPWriter().write(program, text, labeler=lambda data: names[id(data)])
+    # Pyomo adds a variable of its own, with coefficient 0, to a row without entries.
+    LPWriter().write(program, text, labeler=lambda data: names.get(id(data), str(data)))
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 

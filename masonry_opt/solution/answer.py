@@ -168,7 +168,7 @@ def certified(
     moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
     z = problem.slacks(q)
     at_faces = of_lesser_block(problem, acting)[problem.face_joint]
-    violation = float((-z[: len(at_faces)] / at_faces).max())
+    violation = float((-z[: len(at_faces)] / at_faces).max(initial=0.0))
     beyond_limits = float(-z[problem.table.limits].min(initial=inf) / acting.min())
     residuals = {
         **certificate.as_dict(),

@@ -427,7 +427,6 @@ def refuse_floating(
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    joints = len(first)
     # Treat the ground as a fixed block: both are supports for ties and props that end there.
     ground = int(fixed.argmax())
     index = {block.name: number for number, block in enumerate(scene.blocks)}
@@ -445,10 +444,6 @@ def refuse_floating(
     raise_for(
         loose, scene, "is not connected to any fixed block, directly or through other blocks: support it"
     )
-    if not joints:
-        raise CaseError(
-            f"{scene.origin}: the scene has no joints, only ties and props: let at least two blocks touch"
-        )
 
 
 def _nearest_block(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
