@@ -451,12 +451,17 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"joints of one block are up to {v['angle']:.2g} rad off parallel, so that the block is a wedge that "
         f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
+    Code.JOINT_AT_CORNERS: lambda v: (
+        f"{pairs(v)} meet corner on corner, in space edge along edge: a joint is made there, on the bisector "
+        "of the sides that face each other; check that its direction is right"
+    ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet at corners only, where no joint is made: a joint needs an edge of a block"
+        f"{pairs(v)} meet at corners only, and no line separates them, so that no joint is made: let a "
+        "corner rest on an edge"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
-        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "
-        "no joint is made: a joint needs a face of one of the blocks, or edges that cross"
+        f"{pairs(v)} meet corner on corner or corner on edge, where no normal exists and no joint is made: a "
+        "joint needs a face of one of the blocks, or edges that cross or run along each other"
     ),
     Code.FACES_TURNED: lambda v: (
         f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "

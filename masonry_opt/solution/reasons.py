@@ -216,6 +216,8 @@ class Code(StrEnum):
     # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
     # largest angle between them, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
+    # Value: ``pairs``, the two blocks of each joint at which corners meet (in space, edges along each other).
+    JOINT_AT_CORNERS = "joint at corners"
     # Value: ``pairs``, names of blocks that meet only at corners.
     CORNERS_MEET = "corners meet"
     # Value: ``pairs``, names of blocks in space that touch without a common normal.

@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
 #: Normal force above which a joint counts as pressed, as a share of the dead load of the lighter block. Below
@@ -74,9 +75,16 @@ def are_resultants_unique(assembly: Assembly) -> bool:
     Resultants are unique if the joint forces are unique. They are also unique if joints and limited forces
     connect the blocks without closed loops: each of them then carries all loads on one side of it.
     """
-    if assembly.problem.statics_fix_forces:
-        return True
     scene, joints = assembly.scene, assembly.joints
+    B = assembly.problem.B
+    if scene.dimension == 2:
+        # Both contact points of a corner on an edge coincide, so that only the sum of their forces matters.
+        is_second = np.zeros(B.shape[1], dtype=bool)
+        count = len(joints.first)
+        is_second[count : 2 * count] = joints.extent == 0
+        B = B[:, ~is_second]
+    if has_independent_columns(B):
+        return True
     # All supports are one node, with the number of the first support. Number -1 also stands for the ground.
     node = np.append(np.where(scene.fixed, int(scene.fixed.argmax()), np.arange(len(scene.blocks))), 0)
     node[-1] = node[int(scene.fixed.argmax())]

@@ -50,11 +50,12 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
 def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
     """Return the largest share by which all joints can shrink about their middles in a stable scene.
 
-    None is returned for joints of limited strength, whose limits depend on their length, if the scene has no
-    joint or is large, or if the solver cannot decide.
+    None is returned for joints of limited strength, whose limits depend on their length, if no joint has a
+    length (in space, an area), if the scene is large, or if the solver cannot decide.
     """
     problem = assembly.problem
-    if len(problem.crushing) or not 0 < problem.joints <= _MARGIN_UP_TO:
+    has_extent = bool((assembly.joints.extent > 0).any())
+    if len(problem.crushing) or not has_extent or problem.joints > _MARGIN_UP_TO:
         return None
 
     def is_stable(share_left: float) -> bool:

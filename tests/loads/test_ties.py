@@ -244,11 +244,12 @@ def test_what_ties_cannot_hold():
     assert aside.status == "unstable under dead load"
     with pytest.raises(mo.CaseError, match="'cube' touches no other block"):
         mo.solve(scene.replace(ties=[]), "static")
+    floating = mo.Tie(between=("cube", "A"), at=((0.5, 3.5), (0.5, 2.5)))
+    apart = mo.Block(name="A", vertices=[(0, 2), (1, 2), (1, 2.8), (0, 2.8)], weight=1)
+    without_a = [block for block in scene.blocks if block.name != "A"]
+    loose = scene.replace(blocks=[*without_a, apart], ties=[floating])
     with pytest.raises(mo.CaseError, match="'cube' is not connected to any fixed block"):
-        floating = mo.Tie(between=("cube", "A"), at=((0.5, 3.5), (0.5, 2.5)))
-        apart = mo.Block(name="A", vertices=[(0, 2), (1, 2), (1, 2.8), (0, 2.8)], weight=1)
-        without_a = [block for block in scene.blocks if block.name != "A"]
-        mo.solve(scene.replace(blocks=[*without_a, apart], ties=[floating]), "static")
+        mo.solve(loose, "static")
 
 
 def hanging(count=1, size=1.0, force=1.0, strength=1.0, weight=0.233, aside=0.0):

@@ -89,6 +89,8 @@ class Joints:
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
+    #: Indices of pairs of blocks with a joint at which corners meet (in space, edges run along each other).
+    at_corners: list[tuple[int, int]]
 
     @cached_property
     def first_point(self) -> np.ndarray:
@@ -177,10 +179,13 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     - In the plane sides are edges. The length that two edges share is a joint. Lengths below ten tolerances
       are joints only if the edges stay within a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
+    - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
+      blocks share sides there with other blocks.
     - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
       than ten tolerances are no joints.
     - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
-      that cross, are joints of one point.
+      that cross, are joints of one point. Two edges along each other are a joint of two points, on the
+      bisector of the faces.
 
     Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
     (see :mod:`~.contacts.alignment`).
@@ -216,6 +221,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     corners = corners_of(shapes, np.unique(pairs[asked]))
     contacts = corners.touches(pairs, asked, shared)
     across = near_misses((shared, contacts), across, len(pairs))
+    at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
+    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair))
+    contacts = contacts.then(at_corners)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
@@ -265,6 +273,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
+        at_corners=[(int(i), int(j)) for i, j in pairs[np.unique(at_corners.pair)]],
     )
 
 
