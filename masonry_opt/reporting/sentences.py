@@ -453,10 +453,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.JOINT_AT_CORNERS: lambda v: (
         f"{pairs(v)} meet corner on corner, in space edge along edge: a joint is made there, on the bisector "
-        "of the sides that face each other; check that its direction is right"
+        "of the sides that face each other, in a notch on both sides; check that its direction is right"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet at corners only, and no line separates them, so that no joint is made: let a "
+        f"{pairs(v)} meet at corners only, and they overlap there, so that no joint is made: let a "
         "corner rest on an edge"
     ),
     Code.WITHOUT_NORMAL: lambda v: (

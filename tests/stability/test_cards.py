@@ -147,12 +147,28 @@ def test_a_warning_names_the_joint_at_corners():
     assert "'A left'–'A right' meet corner on corner" in result.warning_sentences[0]
 
 
-def test_without_a_line_between_corners_no_joint_is_made():
-    """The corner of a wedge in the notch of a block, whose sides it does not touch."""
+@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("in_space", [False, True])
+def test_a_corner_in_a_notch_rests_on_both_of_its_sides(first, in_space):
+    """A wedge on its point in a notch of 90°, held upright by ties at its sides, carries its weight there.
+
+    Two forces along the normals of the sides carry the weight 1 of the wedge: 1 / √2 each, without friction.
+    """
     notch = mo.Block(
         name="notch", vertices=[(-2, 0), (2, 0), (2, 2), (1, 2), (0, 1), (-1, 2), (-2, 2)], weight=1
     )
     wedge = mo.Block(name="wedge", vertices=[(0, 1), (0.4, 3), (-0.4, 3)], weight=1)
-    scene = on_table(notch, wedge)
-    with pytest.raises(mo.CaseError, match="'wedge' touches no other block: it meets 'notch'"):
-        mo.solve(scene)
+    blocks = [wedge, notch] if first else [notch, wedge]
+    upright = [mo.Tie(between=("wedge", "ground"), at=((x, 2.9), (9 * x, 2.9))) for x in (-0.3, 0.3)]
+    scene = on_table(*blocks).replace(ties=upright)
+    if in_space:
+        assembly = assemble(mo.extrude(scene.replace(ties=[]), 0.5))
+        at = (assembly.joints.first == 0) & (assembly.joints.second == 1)
+        assert np.abs(assembly.joints.normal[at][:, 2]) == pytest.approx(2 * [math.sqrt(0.5)])
+        return
+    result = mo.solve(scene)
+    assert result.status == "stable"
+    assert result.stability.least_friction == 0
+    frictionless = mo.solve(scene.replace(joints={"friction": 1e-6}))
+    at_point = frictionless.joints.query("first != 'table' and second != 'table'")
+    assert at_point["n"].to_list() == pytest.approx(2 * [math.sqrt(0.5)], rel=1e-4)

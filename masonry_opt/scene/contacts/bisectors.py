@@ -1,8 +1,12 @@
-"""Find the plane that separates two blocks which meet at corners (in space, along edges).
+"""Find the directions of contacts between two blocks that meet at corners (in space, along edges).
 
-Around such a point each block occupies a sector, and empty sectors lie between them. A line through the point
-that runs through both empty sectors separates the blocks. All these lines form a sector themselves, which is
-bounded by sides of the blocks that face each other. The contact lies on the bisector of these sides.
+Around such a point each block occupies a sector, and empty sectors lie between them.
+
+- A line through the point that runs through both empty sectors separates the blocks. All these lines form a
+  sector themselves, which is bounded by sides of the blocks that face each other. The contact lies on the
+  bisector of these sides.
+- A corner in a notch cannot be separated by a line. If the corner were cut a little, it would touch both
+  sides of the notch. It therefore has two contacts, one on each side.
 """
 
 from typing import NamedTuple
@@ -20,21 +24,27 @@ class Sectors(NamedTuple):
     last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)
 
 
-def separating_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
-    """Return the normals of the lines that separate two sectors, and True where such a line exists.
+def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of the points with contacts, and the normal of each contact, shape (contacts,).
 
-    The normals are angles in radians, shape (points,), and point into the sectors ``one``. No line exists if
-    a sector has an angle of more than 180°, or if the sectors overlap.
+    The normals are angles in radians and point into the sectors ``one``. A point at which the sectors overlap
+    has no contact.
     """
+    widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
-    width = _turn(other.first, other.last)
-    # Directions of the line in the empty sector after ``one``, measured from the last side of ``one``. The
-    # opposite directions must be in the empty sector after ``other``.
-    shift = after_one + width - np.pi
+    fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
+    # Directions of a separating line in the empty sector after ``one``, measured from the last side of
+    # ``one``. The opposite directions must be in the empty sector after ``other``.
+    shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
-    total = after_one + after_other + width + _turn(one.first, one.last)
-    exists = (most - least >= -_MOST_OVERLAP) & (np.abs(total - 2 * np.pi) <= _MOST_OVERLAP)
-    return one.last + (least + most) / 2 - np.pi / 2, exists
+    separated = np.flatnonzero(fits & (most - least >= -_MOST_OVERLAP))
+    points = [separated]
+    normals = [(one.last + (least + most) / 2 - np.pi / 2)[separated]]
+    for notch, width, sign in ((one, widths[0], 1.0), (other, widths[1], -1.0)):
+        in_notch = np.flatnonzero(fits & (width > np.pi + _MOST_OVERLAP))
+        points += [in_notch, in_notch]
+        normals += [notch.first[in_notch] + sign * np.pi / 2, notch.last[in_notch] - sign * np.pi / 2]
+    return np.concatenate(points), np.concatenate(normals)
 
 
 def _turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.bisectors import Sectors, separating_normals
+from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
 from masonry_opt.scene.contacts.sides import LEAN, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
@@ -217,14 +217,14 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts on the bisectors of the facing sides, for corners that a line separates."""
+        """Return the contacts on the bisectors of the facing sides, or on both sides of a notch."""
         of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
-        angle, exists = separating_normals(of_first, of_second)
+        row, angle = contact_normals(of_first, of_second)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])
-        accuracy = [self._accuracy_of(corner) for corner in (meetings.first, meetings.second)]
+        accuracy = np.mean([self._accuracy_of(end) for end in (meetings.first, meetings.second)], axis=0)
+        meetings = meetings.where(row)
         point = meetings.start
-        contacts = Touches(meetings.pair, point, point, normal, _tangent(normal), np.mean(accuracy, axis=0))
-        return contacts.where(exists)
+        return Touches(meetings.pair, point, point, normal, _tangent(normal), accuracy[row])
 
     def _sides(self, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the vectors along the next and the previous edge of each corner, away from the corner."""

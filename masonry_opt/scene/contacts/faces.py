@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.bisectors import Sectors, separating_normals
+from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
 from masonry_opt.scene.contacts.sides import Items, Meetings, Touches, near_items
 from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
@@ -248,7 +248,7 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts on the bisectors of the facing faces, for edges that a plane separates."""
+        """Return the contacts on the bisectors of the facing faces, or on both faces of a notch."""
         i, j = meetings.first, meetings.second
         along = self.direction[i]
         across = unit(self.first[i])
@@ -261,15 +261,15 @@ class SolidCorners(sides.BlockCorners):
         is_parallel = (dots(along, self.direction[j]) > 0)[:, None]
         first, last = (np.where(is_parallel, *pair) for pair in self._both_ways(j))
         of_first = Sectors(angles(self.first[i]), angles(self.last[i]))
-        angle, exists = separating_normals(of_first, Sectors(angles(first), angles(last)))
-        normal = np.cos(angle)[:, None] * axes[0] + np.sin(angle)[:, None] * axes[1]
+        row, angle = contact_normals(of_first, Sectors(angles(first), angles(last)))
+        normal = np.cos(angle)[:, None] * axes[0][row] + np.sin(angle)[:, None] * axes[1][row]
         length = lengths(meetings.end - meetings.start)
         accuracy = self.shapes.tolerance / np.where(length > 0, length, 1.0)
-        contacts = Touches(meetings.pair, meetings.start, meetings.end, normal, along, accuracy)
-        return contacts.where(exists)
+        meetings = meetings.where(row)
+        return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the first and the last vectors of edges, for their directions and for opposite directions."""
+        """Return the first and last vectors of edges, for their directions and for opposite directions."""
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)
 

@@ -212,7 +212,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts at meetings for which a plane separates the blocks; see :mod:`~.bisectors`."""
+        """Return the contacts at meetings, with the normals of :mod:`~.bisectors`."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Return the contacts at corners and edges that are away from shared sides and from each other.
