@@ -456,12 +456,12 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "of the sides that face each other, in a notch on both sides; check that its direction is right"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet at corners only, and they overlap there, so that no joint is made: let a "
-        "corner rest on an edge"
+        f"{pairs(v)} meet at corners only, where a joint would have no length, so that no joint is made: "
+        "let a corner rest on an edge"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
-        f"{pairs(v)} meet corner on corner or corner on edge, where no normal exists and no joint is made: a "
-        "joint needs a face of one of the blocks, or edges that cross or run along each other"
+        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "
+        "no joint is made: a joint needs a face of one of the blocks, or edges that cross"
     ),
     Code.FACES_TURNED: lambda v: (
         f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "

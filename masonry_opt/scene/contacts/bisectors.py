@@ -5,6 +5,8 @@ Around such a point each block occupies a sector, and empty sectors lie between 
 - A line through the point that runs through both empty sectors separates the blocks. All these lines form a
   sector themselves, which is bounded by sides of the blocks that face each other. The contact lies on the
   bisector of these sides.
+- If a side of one block and a side of the other lie in one line, the blocks would bear on each other along no
+  length, or along less than the tolerance. Such a bearing is no contact.
 - A corner in a notch cannot be separated by a line. If the corner were cut a little, it would touch both
   sides of the notch. It therefore has two contacts, one on each side.
 """
@@ -13,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Angle in radians up to which two sectors may overlap, because of errors of a drawing.
+#: Angle in radians up to which two sectors may overlap, and up to which two sides lie in one line, because of
+#: errors of a drawing.
 _MOST_OVERLAP = 0.01
 
 
@@ -27,8 +30,8 @@ class Sectors(NamedTuple):
 def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
     """Return the indices of the points with contacts, and the normal of each contact, shape (contacts,).
 
-    The normals are angles in radians and point into the sectors ``one``. A point at which the sectors overlap
-    has no contact.
+    The normals are angles in radians and point into the sectors ``one``. A point has no contact if the
+    sectors overlap, or if two of their sides lie in one line.
     """
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
@@ -37,7 +40,8 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
     # ``one``. The opposite directions must be in the empty sector after ``other``.
     shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
-    separated = np.flatnonzero(fits & (most - least >= -_MOST_OVERLAP))
+    in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP
+    separated = np.flatnonzero(fits & ~in_line & (most - least >= -_MOST_OVERLAP))
     points = [separated]
     normals = [(one.last + (least + most) / 2 - np.pi / 2)[separated]]
     for notch, width, sign in ((one, widths[0], 1.0), (other, widths[1], -1.0)):

@@ -180,7 +180,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
       are joints only if the edges stay within a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
     - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
-      blocks share sides there with other blocks. A corner in a notch has a joint with each side of the notch.
+      blocks share sides there with other blocks, or two of their sides lie in one line. A corner in a notch
+      has a joint with each side of the notch.
     - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
       than ten tolerances are no joints.
     - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
