@@ -10,8 +10,8 @@ from typing import Any
 
 from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import CaseError, OptionError, TimeLimitError
-from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
+from masonry_opt.errors import OptionError, TimeLimitError
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
 from masonry_opt.methods.running import run_method, warn_if_long
@@ -23,7 +23,6 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import SMALLEST, Kind
 from masonry_opt.solution.answer import FinalState
-from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import Code, Status, reason, size_of
 from masonry_opt.solution.solution import Solution
@@ -31,25 +30,12 @@ from masonry_opt.solution.stopped import with_answer, without_answer
 from masonry_opt.solution.thresholds import FEW_STARTS, ZERO, same
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
-from masonry_opt.stability.dead_load import DEAD_LOAD, carries
+from masonry_opt.standing import INCREMENTAL_METHOD, DeadLoadCheck
+from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
 #: answer. With more joints the computation takes from 15 seconds to minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
-
-#: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
-#: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
-_MOST_JOINTS_AT_REST = 500
-
-#: Name of the method whose answer is the incremental load factor.
-_INCREMENTAL = "incremental"
-
-#: Keys of a case file that define a live load, in words, by dimension.
-_LIVE_LOAD_KEYS = {
-    2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
-    'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
-    3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
-}
 
 
 @dataclass
@@ -61,6 +47,8 @@ class Session:
     #: only in loads, if the session keeps any. Answers do not depend on earlier scenes. Forces of an earlier
     #: scene may show that a scene is stable.
     kept: ProgramCache = field(default_factory=ProgramCache)
+    #: True if the session answers if a scene without live load is stable; otherwise it refuses such a scene.
+    answers_stability: bool = False
     _last: Assembly | None = None
 
     @property
@@ -81,7 +69,7 @@ class Session:
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
         """Return the result of a scene that is unstable under its dead load; None if it is stable."""
-        solution = self._solve_dead_load(assembly, effort)
+        solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
@@ -90,6 +78,7 @@ class Session:
         Raises the errors that :func:`solve` raises for scenes.
         """
         refuse_unsuited(self.method, assembly)
+        refuse_without_live_load(assembly)
         return self.result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
@@ -106,12 +95,16 @@ class Session:
         with limited(self.how.time_limit):
             assembly = self._assembled(scene, effort)
             refuse_unsuited(self.method, assembly)
-            warn_if_long(self.method, assembly.problem, self.how.time_limit)
+            check = self._check(assembly, effort)
             try:
-                solution = self._solve_dead_load(assembly, effort)
+                if self.answers_stability and asks_for_stability(assembly):
+                    return assembly, check.answer()
+                refuse_without_live_load(assembly)
+                warn_if_long(self.method, assembly.problem, self.how.time_limit)
+                fallen = check.fall()
             except TimeLimitReached as stop:
                 return assembly, without_answer(self.how.kind, stop, effort)
-            return assembly, solution or self.pushed(assembly, progress, effort)
+            return assembly, fallen or self.pushed(assembly, progress, effort)
 
     def _assembled(self, scene: Scene, effort: Effort) -> Assembly:
         """Return the assembly of a scene. Raises TimeLimitError if the time limit is over."""
@@ -127,6 +120,10 @@ class Session:
         if self.kept.keeps:
             self._last = assembly
         return assembly
+
+    def _check(self, assembly: Assembly, effort: Effort) -> DeadLoadCheck:
+        """Return the check of an assembled scene under its dead load."""
+        return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
         """Return the solution of a scene that is stable under its dead load.
@@ -157,64 +154,15 @@ class Session:
         # The forces and velocities belong to no answer and are removed.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
-    def _solve_dead_load(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
-        problem, solver = assembly.problem, self.how.of_dead_load
-        effort.begins("does it stand under its dead load?")
-        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-        # The result names the solver of this check and adds its time, but does not count its programs.
-        own_effort = effort.beside()
-        with effort.measure("dead_load"):
-            if self._is_carried_at_rest(problem, own_effort):
-                return None
-        from masonry_opt.stability import diagnosis
-
-        with effort.measure("dead_load"):
-            try:
-                falling = diagnosis.falling_mechanism(problem, solver, own_effort, self.kept)
-            except diagnosis.DeadLoadUndecided as error:
-                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values)
-        if falling is None:
-            return None
-        effort.begins("what falls, and what would hold it")
-        with effort.measure("dead_load"):
-            falling = diagnosis.as_it_falls(assembly, falling, Effort())
-            falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
-            remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
-        found = FinalState(d=falling, forms=problem.by_cone.forms)
-        return replace(solution, found=found, reasons=(falls, *remedies))
-
-    @property
-    def _adds_incremental(self) -> bool:
-        """Return True if the incremental load factor is computed in addition to that of the method."""
-        return self.how.incremental and not self.method.associative and self.method.name != _INCREMENTAL
-
-    def _is_carried_at_rest(self, problem: Problem, effort: Effort) -> bool:
-        """Return True if the forces of elastic contacts at rest carry the dead load.
-
-        The forces are computed only for small scenes whose load history is needed in any case. They are not
-        computed if the session keeps programs: forces of earlier scenes then decide at once.
-        """
-        needs_load_history = self._adds_incremental or self.method.name == _INCREMENTAL
-        is_small = problem.joints <= _MOST_JOINTS_AT_REST and not problem.dilatancy_depends_on_stress
-        if self.kept.keeps or not (needs_load_history and is_small):
-            return False
-        forces = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
-        if forces is None or not carries(problem, forces):
-            return False
-        if problem.settled is None and problem.dead.any():
-            effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
-        return True
-
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
         """Return the solution of method "incremental"; if it is not run, a solution with the reason.
 
         None is returned if the incremental load factor is not asked for. The time is separate from that of
         the session's method. Load steps are reported if they are the first steps of this method too.
         """
-        if not self._adds_incremental:
+        if not self._check(assembly, effort).adds_incremental:
             return None
-        method, problem = METHODS[_INCREMENTAL], assembly.problem
+        method, problem = METHODS[INCREMENTAL_METHOD], assembly.problem
         not_run = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
         if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
             return not_run.telling(reason(Code.DILATANCY_FALLS))
@@ -229,54 +177,6 @@ class Session:
                 task = replace(task, progress=progress)
             solution = run_method(method, task)
         return _without_invalid_load_factor(assembly, solution)
-
-
-def refuse_without_live_load(assembly: Assembly) -> None:
-    """Raise CaseError if no block carries a live load."""
-    if not assembly.problem.live_norm:
-        raise CaseError(f"{assembly.scene.origin}: {_without_live_load(assembly.scene)}")
-
-
-def refuse_unsuited(method: Method, assembly: Assembly) -> None:
-    """Raise an error if a method cannot solve a scene.
-
-    Raises
-    ------
-    CaseError
-        If no block carries a live load.
-    OptionError
-        If the scene has load cases and none was named. If the method does not support solids, limited forces,
-        limited strength, or dilatancy that falls with stress.
-    """
-    problem, scene = assembly.problem, assembly.scene
-    scene.refuse_without_case()
-    refuse_without_live_load(assembly)
-    named = f"method '{method.name}'"
-    if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(f"{scene.origin}: {named} does not support blocks that are solids: use another")
-    roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
-    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
-    strength = "joints of limited strength: choose another method, or omit 'strength'"
-    for feature, is_present, sentence in (
-        ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
-        ("forces", problem.matrices.limited, f"forces of {roles}: choose another method, or omit them"),
-        ("strength", len(problem.crushing), strength),
-    ):
-        if is_present and feature in method.refuses:
-            raise OptionError(f"{named} does not support {sentence}")
-
-
-def _without_live_load(scene: Scene) -> str:
-    """Return the error message, with advice, for a scene in which no block carries a live load."""
-    case = scene.load_case
-    prefix = f"load case '{case.name}': " if case is not None else ""
-    if scene.factor_of_axles and (scene.axles or case is not None):
-        moves = "its only live loads are axles that move: use crossing (in Python mo.crossing), which"
-        return f"{prefix}{moves} finds their worst position"
-    if case is not None:
-        fault = f"none of its live loads ({case}) acts on a block"
-        return f"{prefix}{fault}: name another group of loads, or add loads to these groups"
-    return f"no block carries a live load: give one {_LIVE_LOAD_KEYS[scene.dimension]}"
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
@@ -401,7 +301,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Result:
-    """Find the load factor at which a scene collapses.
+    """Find the load factor at which a scene collapses; without live loads, find if the scene is stable.
 
     Parameters
     ----------
@@ -445,12 +345,14 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     Returns
     -------
     Result
-        Result of the analysis. Its property ``usable`` is True if there is a load factor.
+        Result of the analysis. Its property ``usable`` is True if there is a load factor, or if a scene
+        without live load is stable. The ``stability`` of such a result has its reserves.
 
     Raises
     ------
     CaseError
-        If the case file or scene is wrong, or no block carries a live load.
+        If the case file or scene is wrong, or no block carries a load. If all live loads of a load case act
+        on no block, or the only live loads are axles.
     OptionError
         If a method, model, solver, option or load case is unknown or not available. If the method does not
         support solids, limited forces, limited strength, or dilatancy that falls with stress.
@@ -467,7 +369,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         effort.begins("reading blocks")
         with effort.measure("scene"):
             scene = as_scene(scene, load_case)
-        return session.solve(scene, progress, effort)
+        return replace(session, answers_stability=True).solve(scene, progress, effort)
 
 
 def prepare(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_opt.analysis import refuse_without_live_load
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.running import NO_WORK
 from masonry_opt.problem.arguments import vector
@@ -26,6 +25,7 @@ from masonry_opt.solution.answer import (
     violation_shares,
 )
 from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.suitability import refuse_without_live_load
 
 if TYPE_CHECKING:
     import pandas as pd

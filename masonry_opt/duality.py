@@ -1,6 +1,7 @@
 """Cross-check of the associative problem: static and kinematic formulation, in CVXPY and in Pyomo.
 
-The dual variables of each model must be the unknowns of the other formulation.
+The dual variables of each model must be the unknowns of the other formulation. For a stable scene without
+live load, the margin of stability is computed in place of a load factor.
 """
 
 from dataclasses import dataclass
@@ -15,13 +16,17 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
 from masonry_opt.problem.problem import Problem, State
 from masonry_opt.reporting.sentences import BY_CHORDS, by_sides, numeral
+from masonry_opt.reporting.stability import STABLE
 from masonry_opt.reporting.summary import of_fills
 from masonry_opt.reporting.terminal import frame_text
+from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
+from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Reason
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
+from masonry_opt.stability.dead_load import with_pressure_removed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,6 +55,8 @@ class DualityReport:
     warnings: probable mistakes in the scene, as codes with values.
     warning_sentences: probable mistakes in the scene, as sentences.
     fills: the effect of each fill, as sentences.
+    of_stability: True if no live load acts. The load factors in ``table`` and ``cones`` are then margins of
+        stability: the normal force, in median block weights, that every joint can lose.
     """
 
     table: "pd.DataFrame"
@@ -59,6 +66,7 @@ class DualityReport:
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
     fills: tuple[str, ...] = ()
+    of_stability: bool = False
 
     __repr__ = brief
 
@@ -84,9 +92,16 @@ class DualityReport:
         agree = "agree" if self.passed else "do NOT agree: see the differences and residuals below"
         median = numeral(float(self.table["load_factor"].median()), ".7f")
         difference = self.table["difference"].max()
+        relative = f"(largest relative difference {difference:.1e})"
+        answer = [f"associative load factor {median} {relative}"]
+        if self.of_stability:
+            margin = (
+                f"margin: every joint can lose a normal force of {median} median block weights {relative}"
+            )
+            answer = [STABLE, margin]
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
-            f"associative load factor {median} (largest relative difference {difference:.1e})",
+            *answer,
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
             *(f"fill {sentence}" for sentence in self.fills),
@@ -104,6 +119,8 @@ class DualityReport:
 def check(scene: Scene | str | Path) -> DualityReport:
     """Solve the associative problem statically and kinematically, in CVXPY and in Pyomo, and compare.
 
+    For a stable scene without live load, the four programs compute its margin of stability.
+
     Parameters
     ----------
     scene: A scene, or the path of a case file.
@@ -113,14 +130,18 @@ def check(scene: Scene | str | Path) -> DualityReport:
     CaseError
         If the scene is wrong.
     NoLoadFactorError
-        If the scene has no associative load factor to compare.
+        If the scene has no associative load factor to compare; without live load, if it is unstable, or if
+        its margin of stability is unlimited.
     """
     # Import pandas here: the import takes a quarter of a second, and the command solve imports this module.
     import pandas as pd
 
     result = solve(scene, "static")
-    result.required()
     problem = result.assembly.problem
+    if result.stability:
+        problem = _of_margin(result)
+    else:
+        result.required()
 
     def solve_with(problem: Problem, formulation: str, language: str) -> State:
         """Return the optimal state of a formulation in a modelling language.
@@ -159,7 +180,27 @@ def check(scene: Scene | str | Path) -> DualityReport:
         result.warnings,
         result.warning_sentences,
         tuple(of_fills(result.assembly)),
+        result.stability is not None,
     )
+
+
+def _of_margin(result: Result) -> Problem:
+    """Return the problem whose associative load factor is the margin of stability of a stable scene.
+
+    Raises NoLoadFactorError if the scene has no joints, or if self-stress can press all joints without limit.
+    """
+    from masonry_opt.stability.existence import existence
+
+    if not result.size.joints:
+        raise NoLoadFactorError(
+            f"{result.case}: {STABLE}; no blocks touch, so no joint has a margin to compare"
+        )
+    problem = with_pressure_removed(result.assembly.problem)
+    certificate = existence(problem, Effort(), of_mechanism=False) if problem.live_norm else None
+    if not problem.live_norm or (certificate and certificate.existence is Existence.UNBOUNDED):
+        margin = "self-stress can press all joints without limit, so there is no margin to compare"
+        raise NoLoadFactorError(f"{result.case}: {STABLE}; {margin}")
+    return problem
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

@@ -10,6 +10,7 @@ from masonry_opt.methods.bounds.least import prove_least as prove_least_state
 from masonry_opt.methods.task import Task
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.proof import Proof
+from masonry_opt.suitability import refuse_without_live_load
 
 
 @dataclass(frozen=True)
@@ -52,13 +53,14 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
     Raises
     ------
     CaseError
-        If the scene is wrong.
+        If the scene is wrong, or no block carries a live load.
     OptionError
         If the time limit is not a positive number.
     """
     if not isinstance(seconds, int | float) or not seconds > 0:
         raise OptionError(f"seconds must be a positive number (found {seconds!r})")
     result = solve(scene)
+    refuse_without_live_load(result.assembly)
     if result.proof is not None:
         return LeastLoadFactor(result.load_factor, result.proof, "")
     answer = result.solution.answer

@@ -59,6 +59,7 @@ _DICTIONARY_NAMES = (
     "solvers",
     "certificate",
     "infeasibility",
+    "stability",
     "largest_turn",
     "largest_shift",
     "size",
@@ -126,6 +127,9 @@ class Result(Outcome):
 
         The message of the error has the case, the status, the reasons and the warnings.
         """
+        if self.stability is not None:
+            remedy = "give a live load, such as 'live' of a block, to find a load factor"
+            raise NoLoadFactorError(f"{self.case}: the scene is stable, but no live load acts: {remedy}")
         if self.load_factor is None:
             warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
             raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")

@@ -37,8 +37,11 @@ def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
 
 
 def values(variable: pyo.Var) -> np.ndarray:
-    """Return the values of an indexed Pyomo variable, in order."""
-    return np.array([data.value for data in variable.values()])
+    """Return the values of an indexed Pyomo variable, in order.
+
+    Pyomo leaves a variable that is in no constraint without a value. It has no effect, and is zero here.
+    """
+    return np.array([0.0 if data.value is None else data.value for data in variable.values()])
 
 
 def duals(constraint: pyo.Constraint) -> np.ndarray:

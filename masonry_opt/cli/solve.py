@@ -16,7 +16,10 @@ from masonry_opt.reporting.terminal import print_result, print_text, print_warni
 from masonry_opt.scene.case_file import as_scene
 
 _MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
-_PLOT_KIND_HELP = "Content of the picture: mechanism, thrust, utilisation or curve."
+_PLOT_KIND_HELP = (
+    "Content of the picture: mechanism, thrust, utilisation or curve. Default: mechanism; thrust if CASE has "
+    "no live load and is stable."
+)
 _VERBOSE_HELP = "Also print how the answer was found: residuals, solvers, seconds."
 _WHOSE = "Mechanism that --plot draws: least (default, at the lowest load factor found) or incremental."
 
@@ -39,18 +42,22 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: one has none, or was stopped; 2: wrong input."""
+    """Exit code 0: every load case has a load factor; 1: one has none, or was stopped; 2: wrong input.
+
+    If CASE has no live load, the answer is if CASE is stable under its dead load: exit code 0: stable; 1:
+    unstable or undecided.
+    """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
     drawing = given.take(mo.Result.save)
     _refuse_drawing_options(given, drawing, plot, mechanism)
-    scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
+    scene = as_scene(case, load_case)
     if plot is not None:  # an unusable path of the picture is reported before the scene is solved
         from masonry_opt.drawing.page import refuse_saving
 
-        refuse_saving(scene, plot, **drawing)
+        refuse_saving(scene, plot, **{"kind": "mechanism"} | drawing)
     options = given.rest(solve_scene)
-    if drawing["kind"] == "curve" and not options.get("curve"):
+    if drawing.get("kind") == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
     answer = _solved(function, scene, options, printable(case.name), quiet or json)
@@ -59,12 +66,15 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
         print_json(answer)
     elif not quiet:
         print_result(answer.details if verbose else answer.summary)
-    elif result.status.usable:
-        print_text(numeral(result.required(), ".10g"))
+    elif answer.usable or result.load_factor is not None:
+        is_stable = result.stability is not None
+        print_text(str(result.status) if is_stable else numeral(result.required(), ".10g"))
         print_warnings(answer.warning_sentences)
     at_incremental = result.at_incremental if mechanism == "incremental" else None
-    save(at_incremental or result, plot, drawing)
-    if quiet:
+    # A stable scene without live load has no mechanism.
+    usual_kind = "thrust" if result.stability else "mechanism"
+    save(at_incremental or result, plot, {"kind": usual_kind} | drawing)
+    if quiet and not result.stability:
         result.required()
     return answer.usable and not answer.time_limit_reached
 

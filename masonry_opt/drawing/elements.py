@@ -22,6 +22,7 @@ from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.stability import answer_line
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.outcome import Outcome
@@ -213,6 +214,8 @@ def _movement(result: Outcome) -> str:
 def heading(result: Outcome) -> str:
     """Return a line with the load at collapse, or with the status if there is no load factor."""
     if result.load_factor is None:
+        if result.status is Status.STABLE or not result.assembly.problem.live_norm:
+            return answer_line(result)
         movement = _movement(result)
         shows_last_motion = movement and result.status is not Status.UNSTABLE
         drawn = f"; drawn: {movement}" if shows_last_motion else ""

@@ -17,7 +17,7 @@ from pyomo.opt import WriterFactory
 from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.analysis import refuse_unsuited, solve
+from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
@@ -36,6 +36,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
+from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 
 #: Upper bound ε of the products z p that replaces complementarity. It must be larger than the feasibility
 #: tolerance of solvers and small compared with a load factor.
@@ -149,7 +150,8 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """Return the text of an LP file (CPLEX format), keyed by its ending."""
     text = io.StringIO()
-    LPWriter().write(program, text, labeler=lambda data: names[id(data)])
+    # Pyomo adds a variable of its own, with coefficient 0, to a row without entries.
+    LPWriter().write(program, text, labeler=lambda data: names.get(id(data), str(data)))
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
@@ -270,6 +272,7 @@ def export(
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
+    refuse_without_live_load(assembly)
     program, comments = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly, legal=ending != ".nl")

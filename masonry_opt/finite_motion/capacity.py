@@ -88,12 +88,15 @@ def capacity(
         If joints have a limited strength; if the scene has fill or a support that settles, or in the plane
         ties or props; if the points of action of loads are not known; in space if joints slide or the
         mechanism is not one body that turns about an edge; if the control point is wrong or does not move
-        along the live load.
+        along the live load; if no live load acts.
     NoLoadFactorError
         If the result has no load factor.
     """
     if not isinstance(result, Result):
         raise OptionError("the capacity curve needs a result: call mo.capacity(mo.solve(scene))")
+    if result.stability:
+        needed = "a capacity curve needs a live load, such as 'live' of a block"
+        raise OptionError(f"{result.case}: the scene is stable, but no live load acts: {needed}")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     not_followed = _not_followed(assembly)

@@ -159,6 +159,8 @@ class Matrices:
     @cached_property
     def longest_arm(self) -> np.ndarray:
         """Return the longest lever arm of a joint force on each block, shape (b,), in units of length."""
+        if not self.joints:
+            return np.ones(self.blocks)
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
         # A block held by ties alone has no joint; its longest arm is set to the unit of length.

@@ -6,9 +6,11 @@ from masonry_opt.errors import printable
 from masonry_opt.reporting.load_factors import factor_text, load_factor_lines, own_name, value_text
 from masonry_opt.reporting.names import pairs, verb
 from masonry_opt.reporting.sentences import numeral, sentences
+from masonry_opt.reporting.stability import STABLE
 from masonry_opt.reporting.summary import facts, left_out
 from masonry_opt.solution.acceptance import LIMITS
 from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.stability import Stability
 
 #: Explanation of each residual of the certificate, as printed on a page.
 RESIDUAL_MEANINGS = {
@@ -25,7 +27,9 @@ def text(words: str) -> str:
 
 
 def headline(result: Outcome) -> str:
-    """Return the method's own load factor with its name, or "no load factor", as HTML."""
+    """Return the method's own load factor with its name, or the answer without it, as HTML."""
+    if result.stability:
+        return text(STABLE)
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
     tilt = ""
@@ -59,6 +63,8 @@ def certificate(result: Outcome) -> str:
 
     For a result without load factor, the text states what is proven about its existence, or is empty.
     """
+    if result.stability:
+        return _of_forces(result.stability)
     if result.certificate is None:
         proven = result.infeasibility
         return f"<h2>Existence</h2>\n<p>{text(str(proven.existence))}</p>\n" if proven else ""
@@ -73,6 +79,19 @@ def certificate(result: Outcome) -> str:
         '<th scope="col" class="number">found</th><th scope="col" class="number">at most</th></tr></thead>\n'
         f"<tbody>\n{rows}</tbody></table>\n"
     )
+
+
+def _of_forces(stability: Stability) -> str:
+    """Return the residuals of the forces that carry the dead load of a stable scene as a table in HTML."""
+    residuals = {"equilibrium": stability.equilibrium, "yield": stability.yield_}
+    rows = "".join(
+        f'<tr><th scope="row">{name} <small>{RESIDUAL_MEANINGS[name]}</small></th>'
+        f'<td class="number">{numeral(value, ".1e")}</td></tr>\n'
+        for name, value in residuals.items()
+    )
+    heading = '<tr><th scope="col">residual</th><th scope="col" class="number">found</th></tr>'
+    table = f'<table class="certificate"><thead>{heading}</thead>\n<tbody>\n{rows}</tbody></table>'
+    return f"<h2>Certificate</h2>\n{table}\n"
 
 
 def described(result: Outcome) -> str:

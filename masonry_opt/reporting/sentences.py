@@ -2,7 +2,7 @@
 
 Advice depends on the method of the analysis: no sentence recommends an option that the method lacks, or the
 method itself. If the method is not known, the advice names one. Longer sentences on inputs are in
-:mod:`~.words.inputs`.
+:mod:`~.reporting.inputs`.
 """
 
 from collections.abc import Callable, Sequence
@@ -110,6 +110,16 @@ def numeral(value: float, spec: str) -> str:
         spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)
     return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
+
+
+def _carried(v: dict[str, Any]) -> str:
+    """State which forces carry the dead load of a stable scene, and whether other forces carry it too."""
+    if v["unique"]:
+        return "equilibrium alone fixes the forces that carry the dead load"
+    many = "one of many solutions that carry the dead load"
+    if v["elastic"]:
+        return f"the forces shown are those of elastic contacts that come to rest: {many}"
+    return f"the forces shown are those that a program found: {many}, and may contain self-stress"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -289,6 +299,7 @@ def _corners_bear(v: dict[str, Any]) -> str:
 
 #: Sentence of each code: a format string for the values of the reason, or a function of these values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
+    Code.CARRIED: _carried,
     Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support the falling blocks",
     Code.HANGS: lambda v: (
         f"{do(v, 'hang')}: no joint supports {'it' if len(v['blocks']) == 1 else 'them'} from below"
@@ -457,8 +468,13 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"joints of one block are up to {v['angle']:.2g} rad off parallel, so that the block is a wedge that "
         f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
+    Code.JOINT_AT_CORNERS: lambda v: (
+        f"{pairs(v)} meet corner on corner, in space edge along edge: a joint is made there, on the bisector "
+        "of the sides that face each other, in a notch on both sides; check that its direction is right"
+    ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet at corners only, where no joint is made: a joint needs an edge of a block"
+        f"{pairs(v)} meet at corners only, where a joint would have no length, so that no joint is made: "
+        "let a corner rest on an edge"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "

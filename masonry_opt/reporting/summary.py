@@ -21,6 +21,7 @@ from masonry_opt.reporting.load_factors import (
 )
 from masonry_opt.reporting.names import labelled, verb
 from masonry_opt.reporting.sentences import BY_CHORDS, message, numeral, sentences
+from masonry_opt.reporting.stability import answer_line, reserves
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion, moving_blocks
@@ -42,7 +43,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
     size = result.size
     numbers = {"block": size.blocks, "joint": size.joints, "contact": size.contacts}
     count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
-    ended = "" if result.status.usable else f"no load factor: {result.status}"
+    ended = answer_line(result)
     moves, known = motion(result), facts(result)
     at_collapse = ""
     if moves and result.status.usable:
@@ -59,7 +60,8 @@ def summary(result: Outcome, technical: bool = False) -> str:
 def facts(result: Outcome) -> dict[str, str]:
     """Return texts by label on everything in a result other than its load factors and status."""
     known = {
-        "why": _why(result),
+        **({"forces": _why(result)} if result.stability else {"why": _why(result)}),
+        **reserves(result),
         "time limit": "".join(_sentences_of(result, Code.TIME_LIMIT)) if result.status.usable else "",
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
         **dict(filter(None, [motion(result)])),
@@ -76,8 +78,11 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _says_why_not_incremental(result: Outcome) -> bool:
-    """Return True if a stable scene has no load factor, so that the incremental analysis is described."""
-    return result.load_factor is None and result.status is not Status.UNSTABLE
+    """Return True if a live load acts on a stable scene without load factor.
+
+    The incremental analysis is then described.
+    """
+    return result.load_factor is None and result.status.live_load_acts
 
 
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
@@ -274,6 +279,8 @@ def _technical(result: Outcome) -> dict[str, str]:
     """Return the technical lines of a summary, as text by label."""
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
+    if result.stability:
+        certificate = {"equilibrium": result.stability.equilibrium, "yield": result.stability.yield_}
     largest = f"{counted(size.rows or 0, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros"
     return {
         "method": f"{result.method} ({result.model}, {result.solver})",

@@ -198,7 +198,7 @@ def certified(
         # then infinite.
         "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
         "block": float(unbalanced_shares(problem, unbalanced, acting).max()),
-        "joint": max(float(violation_shares(problem, problem.slacks(q), acting).max()), 0.0),
+        "joint": float(violation_shares(problem, problem.slacks(q), acting).max(initial=0.0)),
     }
     return Answer(
         load_factor=float(load_factor) + 0.0,  # turns −0.0 into 0.0

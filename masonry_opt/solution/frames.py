@@ -212,7 +212,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # If a corner rests on an edge, both contact points of the joint coincide and the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
     # Forces below this value count as rounding errors, and smaller limits are replaced by this value.
-    rounding = IDLE * (np.abs(n).max() or 1.0)
+    rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     # Largest moment that a joint can carry, expressed as the difference of the normal forces at its two
     # points.

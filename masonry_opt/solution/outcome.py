@@ -18,6 +18,7 @@ from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Reason, Status, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.stability import Stability
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -63,8 +64,10 @@ class Outcome:
         program, its solver is named.
     status: end of the analysis.
     reasons: reasons for the status, as codes with their values.
-    usable: True if there is a load factor.
+    usable: True if there is a load factor, or if a scene without live load is stable.
     time_limit_reached: True if the time limit ended the analysis. A load factor is then the lowest by then.
+    stability: reserves of a stable scene without live load, see :class:`~.solution.stability.Stability`. None
+        if a live load acts, or if the scene is unstable.
     kind: kind of answer, which decides the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
@@ -130,8 +133,13 @@ class Outcome:
 
     @property
     def usable(self) -> bool:
-        """True if there is a load factor."""
-        return self.solution.status.usable
+        """True if there is a load factor, or if a scene without live load is stable."""
+        return self.status.usable or self.stability is not None
+
+    @property
+    def stability(self) -> Stability | None:
+        """Reserves of a stable scene without live load; None if a live load acts, or if it is unstable."""
+        return self.solution.stability
 
     @property
     def time_limit_reached(self) -> bool:

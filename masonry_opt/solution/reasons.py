@@ -17,7 +17,7 @@ class Status(StrEnum):
     NO_STATE = "not converged: a sub-problem has no equilibrium state"
     HOMOTOPY = "not converged: the relaxation could not be followed to its end"
     UNSTABLE = "unstable under dead load"
-    STANDS = "stands under dead load"
+    STABLE = "stable"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited with associative flow: dilatancy locks the blocks"
     JAMMED = "no limit was found: joints press ever harder"
@@ -41,12 +41,16 @@ class Status(StrEnum):
     @property
     def live_load_acts(self) -> bool:
         """True if the live load acts in the solution's state; False if the dead load acts alone."""
-        return self not in (Status.UNSTABLE, Status.STANDS)
+        return self not in (Status.UNSTABLE, Status.STABLE)
 
 
 class Code(StrEnum):
     """Codes of reasons and warnings; the comment on each code lists the values of its message."""
 
+    # Reason of a stable scene without live load. Values: ``unique``, True if
+    # equilibrium alone fixes the joint forces; ``elastic``, True if the forces are those of elastic contacts
+    # that come to rest under the dead load, False if a linear or cone program found the forces.
+    CARRIED = "carried"
     # First group of codes: reasons of all methods why no load factor exists. Value: ``blocks``, the blocks
     # that fall.
     FALLS = "falls"
@@ -220,6 +224,8 @@ class Code(StrEnum):
     # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
     # largest angle between them, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
+    # Value: ``pairs``, the two blocks of each joint at which corners meet (in space, edges along each other).
+    JOINT_AT_CORNERS = "joint at corners"
     # Value: ``pairs``, names of blocks that meet only at corners.
     CORNERS_MEET = "corners meet"
     # Value: ``pairs``, names of blocks in space that touch without a common normal.

@@ -154,10 +154,13 @@ def _lost_joints(assembly: Assembly) -> list[Reason]:
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about blocks that touch without a common normal, and about inconsistent solids.
+    """Yield warnings about blocks that meet at corners, with or without a joint, and inconsistent solids.
 
     The vertices of an inconsistent solid are clockwise in some of its faces and counter-clockwise in others.
     """
+    at_corners = [assembly.names(np.array(pair)) for pair in assembly.joints.at_corners]
+    if at_corners:
+        yield reason(Code.JOINT_AT_CORNERS, pairs=at_corners)
     meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
     if meeting:
         yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)

@@ -13,6 +13,7 @@ from masonry_opt.solution.answer import Answer, FinalState, InfeasibilityCertifi
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
+from masonry_opt.solution.stability import Stability
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
@@ -67,6 +68,8 @@ class Solution:
     peak: float | None = None
     #: Proof that no λ exists, or the result of an undecided attempt; None if no proof was tried.
     infeasibility: InfeasibilityCertificate | None = None
+    #: Reserves of a stable scene without live load; None if a live load acts, or if the scene is unstable.
+    stability: Stability | None = None
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps

@@ -1,5 +1,7 @@
 """Check that forces carry the dead load, from the matrices alone."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from masonry_opt.problem.problem import Problem
@@ -18,3 +20,20 @@ def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
     """
     beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
+
+
+def with_pressure_removed(problem: Problem) -> Problem:
+    """Return a problem whose live load takes one unit of normal force off every joint.
+
+    The live load is B e, where e is 1 for every normal force and 0 for shears. The associative load factor of
+    this problem is the margin of stability: the greatest amount by which all normal forces can exceed the
+    normal forces that shear and moment need. It is negative if the scene is unstable.
+    """
+    return replace(problem, live=problem.B @ unit_pressure(problem))
+
+
+def unit_pressure(problem: Problem) -> np.ndarray:
+    """Return joint forces, shape (3c + t,), with a normal force of one unit in each joint and no shear."""
+    normal = np.zeros(problem.B.shape[1])
+    problem.at_points(normal)[:] = 1 / problem.layout.points
+    return normal

@@ -90,6 +90,16 @@ def falling_mechanism(
 ) -> np.ndarray | None:
     """Return block velocities (3b,) of a fall under dead load alone; None if the scene is stable.
 
+    See :func:`mechanism_or_forces`.
+    """
+    return mechanism_or_forces(problem, solver, effort, kept)[0]
+
+
+def mechanism_or_forces(
+    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
+) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
+    """Return a mechanism (3b,) that the dead load drives, or joint forces (3c + t,) that carry the dead load.
+
     The scene is stable if eq. (9) without live load has a state. Otherwise the mechanism is the bounded dual
     ray. Every analysis checks this first, since a largest λ may exist although λ = 0 is no equilibrium. A
     scene at its limit counts as stable, and a scene beyond it by at most ``DRIVES`` too.
@@ -109,13 +119,13 @@ def falling_mechanism(
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
-        return None
+        return None, standing.forces
     standing.engine.solve()
     forces = standing.model.statics.q.value
     if forces is not None and carries(problem, forces):
         standing.forces = forces
-        return None
-    return _driven(problem, solver, effort, DEAD_LOAD)
+        return None, forces
+    return _decide(problem, solver, effort, DEAD_LOAD)
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
@@ -239,6 +249,16 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
     """Return a motion (3b,) that the dead load drives; None if joint forces carry the dead load.
 
+    See :func:`_decide`.
+    """
+    return _decide(problem, solver, effort, purpose)[0]
+
+
+def _decide(
+    problem: Problem, solver: Solver, effort: Effort, purpose: str
+) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
+    """Return a motion (3b,) that the dead load drives, or joint forces (3c + t,) that carry the dead load.
+
     The first program is solved by ``solver``, further ones by the simplex method. In space these replace the
     circles of friction by polygons, in turn:
 
@@ -257,9 +277,9 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
         if motion_and_forces is not None:
             d, q = motion_and_forces
             if _drives(problem, d):
-                return d
+                return d, None
             if carries(problem, q):
-                return None
+                return None, q
         if program and senses is None:
             break
         solver = find_solver("cvxpy", "highs", 1e-10)

@@ -121,6 +121,22 @@ def test_the_example_of_stones_without_mortar_prints_what_the_page_shows(tmp_pat
         assert (err + out).split() == shown.split()
 
 
+def test_the_answers_of_the_page_on_stability_are_those_shown(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = page("stability")
+    Path("arch.toml").write_text(blocks(text, "toml")[0], "utf-8")
+    assert f"{mo.solve('arch.toml')}\n" == blocks(text, "text")[0]
+    exec(blocks(text, "python")[0], {})
+    assert capsys.readouterr().out.startswith("stable WorstJoint(first='brick 1', second='brick 2'")
+    assert Path("bricks.png").exists()
+    assert set(told(section(text, "What the answer contains"))) == {
+        "forces",
+        "least friction",
+        "thrust",
+        "worst joint",
+    }
+
+
 def test_every_status_and_code_has_a_row_and_no_other():
     text = page("messages")
     names = told(text)

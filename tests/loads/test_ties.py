@@ -244,8 +244,83 @@ def test_what_ties_cannot_hold():
     assert aside.status == "unstable under dead load"
     with pytest.raises(mo.CaseError, match="'cube' touches no other block"):
         mo.solve(scene.replace(ties=[]), "static")
-    with pytest.raises(mo.CaseError, match="no joints, only ties and props"):
-        mo.solve(scene.replace(blocks=[one for one in scene.blocks if one.name != "A"]), "static")
+    floating = mo.Tie(between=("cube", "A"), at=((0.5, 3.5), (0.5, 2.5)))
+    apart = mo.Block(name="A", vertices=[(0, 2), (1, 2), (1, 2.8), (0, 2.8)], weight=1)
+    without_a = [block for block in scene.blocks if block.name != "A"]
+    loose = scene.replace(blocks=[*without_a, apart], ties=[floating])
+    with pytest.raises(mo.CaseError, match="'cube' is not connected to any fixed block"):
+        mo.solve(loose, "static")
+
+
+def hanging(count=1, size=1.0, force=1.0, strength=1.0, weight=0.233, aside=0.0):
+    """Bricks that hang below each other, each on a wire of its own; the lowest one is pulled down by λ."""
+    blocks, ties = [], []
+    for number in range(count + 1):
+        y = -2.0 * number
+        corners = [(size * x, size * (y + z)) for x, z in ((-1, -0.5), (1, -0.5), (1, 0.5), (-1, 0.5))]
+        keys = {"weight": force * weight} if number else {"fixed": True}
+        if number == count:
+            keys["live"] = (0, -force)
+        blocks.append(mo.Block(name=f"brick {number}", vertices=corners, **keys))
+        if number:
+            ends = ((size * aside, size * (y + 0.3)), (size * aside, size * (y + 1.7)))
+            between = (f"brick {number}", f"brick {number - 1}")
+            ties.append(mo.Tie(between=between, at=ends, strength=force * strength))
+    return mo.Scene(joints={"friction": 0.5}, blocks=blocks, ties=ties)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_scene_without_joints_hangs_on_its_wires(method):
+    """By hand: the wire of strength 1 yields at λ = 1 - 0.233; the uppermost of three at 1 - 3 · 0.1.
+
+    In space the bricks can also turn about their wires, so that the mechanism is not unique.
+    """
+    for scene, exact in ((hanging(), 0.767), (hanging(3, 1e-3, 5e5, weight=0.1), 0.7)):
+        for of in (scene, in_space(scene)) if method in ("static", "coulomb") else (scene,):
+            result = mo.solve(of, method)
+            assert result.load_factor == pytest.approx(exact, abs=CLOSE)
+            assert len(result.joints) == 0
+            if of is scene:
+                assert result.ties["yields"].to_list() == [True, *[False] * (len(scene.ties) - 1)]
+
+
+def test_props_alone_hold_a_plank():
+    """The plank of weight 2 on two props, 4 apart, with λ at 3/4: the right one carries 1 + 3/4 λ = 2."""
+    blocks = [mo.Block(name="floor", vertices=[(-9, -3), (9, -3), (9, -2), (-9, -2)], fixed=True)]
+    plank = [(-2.5, 0), (2.5, 0), (2.5, 0.2), (-2.5, 0.2)]
+    blocks.append(mo.Block(name="plank", vertices=plank, weight=2, live=(0, -1), live_at=(1, 0.1)))
+    props = [mo.Prop(between=("plank", "floor"), at=((x, 0.1), (x, -2.0)), strength=2.0) for x in (-2.0, 2.0)]
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=blocks, props=props)
+    for method in ("static", "coulomb"):
+        assert mo.solve(scene, method).load_factor == pytest.approx(4 / 3, abs=CLOSE)
+
+
+def test_a_hanging_scene_is_drawn_checked_exported_and_answered_without_live_load(tmp_path):
+    scene = hanging()
+    result = mo.solve(scene)
+    for name, kind in (
+        ("mechanism.png", "mechanism"),
+        ("thrust.svg", "thrust"),
+        ("page.html", "utilisation"),
+    ):
+        result.save(tmp_path / name, kind)
+    assert mo.check(scene).passed
+    mo.draw(scene, tmp_path / "scene.png")
+    mo.report(result, tmp_path / "report.html")
+    for name in ("program.lp", "program.mps", "program.nl"):
+        mo.export(scene, tmp_path / name)
+    unloaded = scene.replace(blocks={"brick 1": {"live": (0, 0)}})
+    stable = mo.solve(unloaded)
+    assert (stable.status, stable.stability.unique) == ("stable", True)
+    assert (stable.stability.geometric_margin, stable.stability.worst_joint) == (None, None)
+    assert stable.ties["force"].to_list() == pytest.approx([0.233], abs=CLOSE)
+    stable.save(tmp_path / "stable.html")
+    with pytest.raises(mo.MasonryError, match="no blocks touch"):
+        mo.check(unloaded)
+    assert mo.solve(unloaded.replace(ties=[unloaded.ties[0].replace(strength=0.2)])).status.startswith(
+        "unstable"
+    )
+    assert mo.solve(hanging(aside=0.1)).status.startswith("unstable")  # it would swing
 
 
 def test_the_ground_reaches_farther_than_its_block():

@@ -59,7 +59,7 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
         result = trial.result
         assert (result.load_factor, result.tilt_angle, result.as_dict()["load_factor"]) == (None, None, None)
         assert not result.assembly.scene.reference
-        assert result.status is (mo.Status.STANDS if trial.holds else mo.Status.UNSTABLE)
+        assert result.status is (mo.Status.STABLE if trial.holds else mo.Status.UNSTABLE)
         assert (result.solution.q is None, result.solution.d is None) == (not trial.holds, trial.holds)
         assert "load factor λ" not in str(result)
     assert "collapses at λ" not in found.fails.result.plot().axes[0].get_title()

@@ -38,6 +38,14 @@ def test_what_the_command_says_is_what_it_says(monkeypatch):
     )
 
 
+def test_the_arch_without_live_load_is_answered_as_shown(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("arch.toml").write_text(blocks("toml")[1])
+    shown = README.split("explains the answer:\n\n")[1].split("\n\n")[0]
+    lines = [line.removeprefix("    ") for line in shown.splitlines()]
+    assert str(mo.solve("arch.toml")) == "\n".join(lines)
+
+
 def test_pictures_and_pages_exist():
     linked = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
     assert linked

@@ -45,7 +45,9 @@ def mean_force_and_compliance(
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
-    mean_force = float(np.abs(problem.at_points(forces)).mean()) or 1.0
+    # If no blocks touch, ties alone carry the load.
+    at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)
+    mean_force = float(np.abs(at_contacts).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
     normal = extent.mean() / extent / mean_force
     shear = np.tile(2 / points * normal[:c], 3 - points)

@@ -9,7 +9,8 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, to_line
+from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
+from masonry_opt.scene.contacts.sides import LEAN, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
@@ -239,6 +240,45 @@ class PlaneCorners(sides.BlockCorners):
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Return contacts at corners of first blocks on edges of second blocks, then the reverse contacts."""
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
+
+    def meetings(self, pairs: np.ndarray) -> Meetings:
+        """Return where corners of pairs of blocks meet within the tolerance."""
+        tolerance = self.shapes.tolerance
+        pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
+        near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
+        pair, i, j = pair[near], i[near], j[near]
+        middle = (self.point[i] + self.point[j]) / 2
+        return Meetings(pair, i, j, middle, middle)
+
+    def bisected(self, meetings: Meetings) -> Touches:
+        """Return the contacts on the bisectors of the facing sides, or on both sides of a notch."""
+        of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
+        row, angle = contact_normals(of_first, of_second)
+        normal = np.column_stack([np.cos(angle), np.sin(angle)])
+        accuracy = np.mean([self._accuracy_of(end) for end in (meetings.first, meetings.second)], axis=0)
+        meetings = meetings.where(row)
+        point = meetings.start
+        return Touches(meetings.pair, point, point, normal, _tangent(normal), accuracy[row])
+
+    def _sides(self, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the vectors along the next and the previous edge of each corner, away from the corner."""
+        block = self.corners.block
+        before = corner - 1
+        is_before = (self.tip[before] == self.point[corner]).all(axis=1) & (block[before] == block[corner])
+        for row in np.flatnonzero(~is_before):
+            # The previous edge of the first corner of an outline is the last one of the outline.
+            of_block = np.flatnonzero(block == block[corner[row]])
+            ends_here = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
+            before[row] = of_block[ends_here][0]
+        return self.tip[corner] - self.point[corner], self.point[before] - self.point[corner]
+
+    def _sectors(self, corner: np.ndarray) -> Sectors:
+        """Return the sectors that blocks occupy around their corners."""
+        return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
+
+    def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:
+        """Return the uncertainty of the direction of the longer side at each corner, in radians."""
+        return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
         """Return the contacts at corners of the pairs' first blocks that lie on edges of the second blocks.

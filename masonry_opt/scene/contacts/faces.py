@@ -6,7 +6,8 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.sides import Items, Touches, near_items
+from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
+from masonry_opt.scene.contacts.sides import Items, Meetings, Touches, near_items
 from masonry_opt.scene.geometry import mean_thickness
 from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
@@ -212,6 +213,10 @@ class SolidCorners(sides.BlockCorners):
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
     #: Sum of the unit vectors that are perpendicular to the edge and point into its faces, shape (edges, 3).
     inwards: np.ndarray
+    #: Vectors into both faces of each edge, shape (edges, 3) each. The block occupies the sector that begins
+    #: at ``first``, turns about the direction of the edge (right-handed), and ends at ``last``.
+    first: np.ndarray
+    last: np.ndarray
     edges: Items  #: edges with the indices of their blocks
     faces: Items  #: outer faces with the indices of their blocks
 
@@ -229,7 +234,13 @@ class SolidCorners(sides.BlockCorners):
         edge, number = np.unique(first_alike(ends), return_inverse=True)
         self.start, self.end = tail[edge], tip[edge]
         self.direction = unit(self.end - self.start)
-        self.inwards = sums(number, np.cross(outer.frame.normal[face], unit(tip - tail)), len(edge))
+        along = unit(tip - tail)
+        inwards = np.cross(outer.frame.normal[face], along)
+        self.inwards = sums(number, inwards, len(edge))
+        # The block is to the left of the face that runs along an edge, and to the right of the other face.
+        runs_along = dots(along, self.direction[number]) > 0
+        self.last = sums(number[runs_along], inwards[runs_along], len(edge))
+        self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
         low, high = np.minimum(tail, tip), np.maximum(tail, tip)
         self.edges = self.met = Items(block[edge], low[edge], high[edge])
         corner = np.unique(first_alike(np.column_stack([block, grid])))
@@ -243,6 +254,45 @@ class SolidCorners(sides.BlockCorners):
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
         return [edges, corners, _crossings(self, pairs)]
+
+    def meetings(self, pairs: np.ndarray) -> Meetings:
+        """Return where edges of pairs of blocks run along each other within the tolerance."""
+        tolerance = self.shapes.tolerance
+        pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
+        origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
+        ends = [point[j] - origin for point in (self.start, self.end)]
+        at = [dots(end, along) for end in ends]
+        off = [lengths(end - x[:, None] * along) for end, x in zip(ends, at, strict=True)]
+        low, high = np.maximum(np.minimum(*at), 0.0), np.minimum(np.maximum(*at), length)
+        meets = (np.maximum(*off) <= tolerance) & (high - low > NARROWEST * tolerance)
+        start, end = (origin + x[:, None] * along for x in (low, high))
+        return Meetings(pair, i, j, start, end).where(meets)
+
+    def bisected(self, meetings: Meetings) -> Touches:
+        """Return the contacts on the bisectors of the facing faces, or on both faces of a notch."""
+        i, j = meetings.first, meetings.second
+        along = self.direction[i]
+        across = unit(self.first[i])
+        axes = across, np.cross(along, across)
+
+        def angles(vectors: np.ndarray) -> np.ndarray:
+            """Return the directions of vectors in the planes perpendicular to the edges, in radians."""
+            return np.arctan2(dots(vectors, axes[1]), dots(vectors, axes[0]))
+
+        is_parallel = (dots(along, self.direction[j]) > 0)[:, None]
+        first, last = (np.where(is_parallel, *pair) for pair in self._both_ways(j))
+        of_first = Sectors(angles(self.first[i]), angles(self.last[i]))
+        row, angle = contact_normals(of_first, Sectors(angles(first), angles(last)))
+        normal = np.cos(angle)[:, None] * axes[0][row] + np.sin(angle)[:, None] * axes[1][row]
+        length = lengths(meetings.end - meetings.start)
+        accuracy = self.shapes.tolerance / np.where(length > 0, length, 1.0)
+        meetings = meetings.where(row)
+        return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
+
+    def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Return the first and last vectors of edges, for their directions and for opposite directions."""
+        first, last = self.first[edge], self.last[edge]
+        return (first, last), (last, first)
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:

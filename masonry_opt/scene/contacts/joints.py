@@ -96,6 +96,8 @@ class Joints:
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
+    #: Indices of pairs of blocks with a joint at which corners meet (in space, edges run along each other).
+    at_corners: list[tuple[int, int]]
 
     __repr__ = brief
 
@@ -187,10 +189,14 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
       tolerance, lengths below ten tolerances are joints only if the edges are nearly parallel or stay within
       a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
+    - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
+      blocks share sides there with other blocks, or two of their sides lie in one line. A corner in a notch
+      has a joint with each side of the notch.
     - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
       than ten tolerances are no joints.
     - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
-      that cross, are joints of one point.
+      that cross, are joints of one point. Two edges along each other are a joint of two points, on the
+      bisector of the faces.
 
     Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
     (see :mod:`~.contacts.alignment`).
@@ -227,6 +233,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     contacts = corners.touches(pairs, asked, shared)
     drawn_apart = is_drawn_apart(scene, shapes)
     across = near_misses((shared, contacts), across, len(pairs), drawn_apart=drawn_apart)
+    at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
+    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair))
+    contacts = contacts.then(at_corners)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
@@ -281,6 +290,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
+        at_corners=[(int(i), int(j)) for i, j in pairs[np.unique(at_corners.pair)]],
     )
 
 
@@ -402,7 +412,6 @@ def refuse_floating(
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    joints = len(first)
     # Treat the ground as a fixed block: both are supports for ties and props that end there.
     ground = int(fixed.argmax())
     index = {block.name: number for number, block in enumerate(scene.blocks)}
@@ -425,10 +434,6 @@ def refuse_floating(
     raise_for(
         loose, scene, f"is not connected to any fixed block, directly or through other blocks: {remedy}"
     )
-    if not joints:
-        raise CaseError(
-            f"{scene.origin}: the scene has no joints, only ties and props: let at least two blocks touch"
-        )
 
 
 def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:

@@ -7,6 +7,7 @@ one row for each shared length or polygon (:class:`Facing`), or for each contact
 
 from abc import ABC, abstractmethod
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -200,6 +201,19 @@ class Touches(Rows):
         return to_line(points, self.start[number], self.end[number])
 
 
+@dataclass(frozen=True)
+class Meetings(Rows):
+    """Corners of two blocks that meet; in space, edges of two blocks that run along each other."""
+
+    pair: np.ndarray  #: number of the pair of blocks, shape (meetings,)
+    first: np.ndarray  #: number of the corner (in space, edge) of the first block, shape (meetings,)
+    second: np.ndarray  #: number of the corner (in space, edge) of the second block, shape (meetings,)
+    start: (
+        np.ndarray
+    )  #: point halfway between the corners, or start of the common line, shape (meetings, 2|3)
+    end: np.ndarray  #: end of the common line, equal to ``start`` for a point, shape (meetings, 2|3)
+
+
 class BlockCorners(ABC):
     """Corners of blocks, and methods that find contacts of blocks at corners and along edges."""
 
@@ -219,6 +233,17 @@ class BlockCorners(ABC):
 
         ``Touches.pair`` is the number of the row in ``pairs``.
         """
+
+    @abstractmethod
+    def meetings(self, pairs: np.ndarray) -> "Meetings":
+        """Return where corners of pairs of blocks meet (in space, where edges run along each other).
+
+        ``Meetings.pair`` is the number of the row in ``pairs``.
+        """
+
+    @abstractmethod
+    def bisected(self, meetings: "Meetings") -> Touches:
+        """Return the contacts at meetings, with the normals of :mod:`~.bisectors`."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Return the contacts at corners and edges that are away from shared sides and from each other.
@@ -257,6 +282,35 @@ class BlockCorners(ABC):
                 earlier.append(number)
         return contacts.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
 
+    def touches_at_corners(
+        self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
+    ) -> Touches:
+        """Return the contacts of corners on corners (in space, of edges along edges).
+
+        A contact is left out if its pair has a joint near it, or if both blocks share a side there with other
+        blocks, as where four bricks meet. The parameters are those of :meth:`without_normal`.
+        """
+        meetings = self.meetings(pairs[asked])
+        meetings = replace(meetings, pair=asked[meetings.pair])
+        near, middle = self.apart * self.shapes.tolerance, (meetings.start + meetings.end) / 2
+        is_contact = np.ones(len(middle), dtype=bool)
+        for joints in found:
+            is_contact &= nearest(meetings.pair, middle, joints, joints.pair) > near
+        is_contact &= ~self._both_have_joints(pairs, meetings.pair, middle, found[:1])
+        return self.bisected(meetings.where(is_contact))
+
+    def _both_have_joints(
+        self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
+    ) -> np.ndarray:
+        """Return True for each point at which both blocks of its pair have one of the given joints."""
+        both = np.ones(len(pair), dtype=bool)
+        for block in pairs[pair].T:
+            distance = [
+                nearest(block, point, joints, owner) for joints in found for owner in pairs[joints.pair].T
+            ]
+            both &= np.min(distance, axis=0) <= 2 * self.shapes.tolerance
+        return both
+
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -292,12 +346,7 @@ class BlockCorners(ABC):
         places = np.column_stack([pair, np.round(point / tolerance)])
         _, once = np.unique(places, axis=0, return_index=True)
         pair, point = pair[once], point[once]
-        both_have_joints = np.ones(len(pair), dtype=bool)
-        for block in pairs[pair].T:
-            distance = [
-                nearest(block, point, joints, owner) for joints in found for owner in pairs[joints.pair].T
-            ]
-            both_have_joints &= np.min(distance, axis=0) <= 2 * tolerance
+        both_have_joints = self._both_have_joints(pairs, pair, point, found)
         return pair[~both_have_joints], point[~both_have_joints]
 
 

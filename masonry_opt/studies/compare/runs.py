@@ -9,7 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.analysis import refuse_without_live_load, solve
+from masonry_opt.analysis import solve
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -22,6 +22,7 @@ from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
+from masonry_opt.suitability import refuse_without_live_load
 
 _DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
 #: Columns that identify a run. A run is not repeated if the journal has a run with equal values.

@@ -22,6 +22,7 @@ from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import LOWER
 from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.stability.dead_load import unit_pressure, with_pressure_removed
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 
@@ -41,28 +42,26 @@ def standing(scene: Scene) -> DeadLoadMargin:
     """Return the margin of stability of a scene under its dead load alone.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
-    every joint. It solves eq. (9) with the live load B e, where e is 1 for every normal force and 0 for
-    shears. The margin is the greatest amount by which all normal forces exceed the normal forces that shear
-    and moment need.
+    every joint, see :func:`~masonry_opt.stability.dead_load.with_pressure_removed`. It solves eq. (9).
 
     Raises CaseError if the scene is wrong, and NoLoadFactorError if its stability cannot be decided.
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None
-    normal = np.zeros(problem.B.shape[1])  # e: a unit of normal force in each joint
-    problem.at_points(normal)[:] = 1 / problem.layout.points
-    solution = _margin(replace(problem, live=problem.B @ normal), solver, effort)
+    solution = _margin(with_pressure_removed(problem), solver, effort)
     if solution is None or solution.answer is None:
-        solution, d = Solution(Status.STANDS, Kind.ASSOCIATIVE), _falls(problem, solver, effort)
+        solution, d = Solution(Status.STABLE, Kind.ASSOCIATIVE), _falls(problem, solver, effort)
         margin, found = (inf, FinalState()) if d is None else (-inf, FinalState(d=d))
     else:
         answer = solution.answer
         margin, certificate = answer.load_factor + 0.0, answer.certificate
         stands = margin >= -LOWER
         found = (
-            FinalState(q=answer.q + margin * normal) if stands else FinalState(d=answer.d, slope=answer.slope)
+            FinalState(q=answer.q + margin * unit_pressure(problem))
+            if stands
+            else FinalState(d=answer.d, slope=answer.slope)
         )
-    solution = replace(solution, status=Status.STANDS, found=found)
+    solution = replace(solution, status=Status.STABLE, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
     # The result has no load factor, so live load, tilt and reference values are removed.

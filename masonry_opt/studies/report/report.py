@@ -30,6 +30,7 @@ from masonry_opt.reporting.load_factors import certainty, known_least, named_fac
 from masonry_opt.reporting.page import RESIDUAL_MEANINGS
 from masonry_opt.reporting.page import answer as in_full
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.stability import answer_line
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import toml_text
@@ -60,6 +61,11 @@ _RECORDS = {
 }
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
+#: Statement of a report on a stable scene without live load, in the list of what was not checked.
+_LEFT_OPEN_WITHOUT_LIVE_LOAD = (
+    "Loads other than the dead load: the scene is stable under its dead load, but its reserve against wind, "
+    "impact, settlement and people is not known."
+)
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
 #: Pattern of an innermost TOML list that is written over several lines.
 _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
@@ -169,9 +175,14 @@ def _part(answer: object) -> ReportPart:
 
 @_part.register
 def _(answer: Result) -> ReportPart:
-    heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
+    is_question = not answer.assembly.problem.live_norm
     return ReportPart(
-        heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results
+        heading="Stability" if is_question else _of_case("Collapse", answer),
+        says=answer_line(answer) if is_question else named_factor(answer),
+        assembly=answer.assembly,
+        printed_in_full={f"method {answer.method}": answer},
+        left_open=[_LEFT_OPEN_WITHOUT_LIVE_LOAD] if answer.stability else [],
+        pushed=not is_question,
     )
 
 
@@ -342,9 +353,11 @@ def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
 
 def _pictures(result: Result) -> dict[str, Picture]:
     """Return the pictures of a result by caption."""
-    pictures = {"Mechanism": result_picture(result)}
+    pictures = {} if result.stability else {"Mechanism": result_picture(result)}
     if result.joints["n"].notna().all():
         pictures["Thrust"] = result_picture(result, "thrust")
+    if result.stability:
+        pictures["Utilisation"] = result_picture(result, "utilisation")
     if result.curve is not None and not result.curve.empty:
         pictures["λ over displacement"] = result_picture(result, "curve")
     return pictures

@@ -220,8 +220,8 @@ class Settlement(StudyAnswer):
 
     @property
     def status(self) -> Status:
-        """Status STANDS if the scene is stable with some reaction; otherwise the status of ``fallen``."""
-        return self.fallen.status if self.fallen else Status.STANDS
+        """Status STABLE if the scene is stable with some reaction; otherwise the status of ``fallen``."""
+        return self.fallen.status if self.fallen else Status.STABLE
 
     @property
     def usable(self) -> bool:

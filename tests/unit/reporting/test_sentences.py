@@ -38,6 +38,7 @@ VALUES = {
     "hangs": False, "highest": 0.5, "in_vain": False, "interrupted": True, "joints": 9000,
     "key": "strength", "kind": "tie", "kinematic_cuts": 1, "least": 0.4, "jumps": 2,
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "median": 22.0,
+    "unique": False,
     "most": 0.6, "name": "rod", "names": ["lorry"], "not_carried": 0.5, "normal_forces": [12.5],
     "number": 3, "off": 0.1, "option": "contact_tolerance",
     "other": 22.0, "pairs": [["A", "B"]], "per_area": True, "period": 2, "rates": 100.0, "ratio": 1000.0,

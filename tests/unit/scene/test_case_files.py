@@ -160,7 +160,6 @@ WRONG_CASES = {
     "huge": ("[1, 1]", "[1, 1e300]", ["vertices[2][1]", "1e+300"]),
     "overlap": ("", BESIDE, ["'A' and 'B' overlap", "move them apart"]),
     "no fixed block": ("fixed = true", "weight = 1", ["no block is fixed", "fixed = true"]),
-    "no live load": ("live = [1.0, 0.0]", "", ["no block carries a live load", "live"]),
     "load on a support": ("", "live = [1.0, 0.0]", ["block no. 2 ('base')", "fixed block carries no load"]),
     "no weight": ("weight = 1.0", "", ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
     "friction beyond any": ("0.6", "1e9", ["[joints]", "'friction'", "write inf"]),

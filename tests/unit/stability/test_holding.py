@@ -117,7 +117,7 @@ def test_where_joints_without_friction_slide_no_factor_helps():
 
 def test_few_programs(watched):
     """At most twelve factors, however far the least one is, and none where the scene stands."""
-    tried = watched(diagnosis, "falling_mechanism")
+    tried = watched(diagnosis, "mechanism_or_forces")
     mo.solve(on_slope(30, 0.003), "static")
     assert len(tried) - 2 == 12  # and two before: as it is, and so that nothing slides
     assert max(problem.friction.max(initial=0.0) for problem, *_ in tried) <= 100

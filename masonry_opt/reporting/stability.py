@@ -1,0 +1,76 @@
+"""Write the reserves of a stable scene without live load, as text by label."""
+
+from masonry_opt.reporting.names import pairs
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Status
+from masonry_opt.solution.stability import Stability
+
+#: First line of the answer if a scene without live load is stable.
+STABLE = "stable under its dead load"
+
+#: Margins and friction factors up to this value are printed as zero, because bisections stop there.
+_NEGLIGIBLE_RESERVE = 2e-4
+
+
+def answer_line(result: Outcome) -> str:
+    """Return the answer of a result in one line, or "" if the result has a load factor.
+
+    If no live load acts, the line does not mention a load factor.
+    """
+    if result.status.usable:
+        return ""
+    if result.status is Status.STABLE:
+        return STABLE
+    is_question = not result.assembly.problem.live_norm
+    return str(result.status) if is_question else f"no load factor: {result.status}"
+
+
+def reserves(result: Outcome) -> dict[str, str]:
+    """Return texts by label on the reserves of a stable scene; empty for any other result."""
+    stability = result.stability
+    if stability is None:
+        return {}
+    return {
+        "least friction": _least_friction(stability, result.assembly.problem.friction.tolist()),
+        "thrust": _thrust(stability),
+        "worst joint": _worst_joint(stability),
+    }
+
+
+def _least_friction(stability: Stability, friction: list[float]) -> str:
+    """Return text on the least friction with which a scene is stable; "" if it is not known."""
+    factor = stability.least_friction_factor
+    if factor is None:
+        return ""
+    if factor == 0:
+        return "none: the scene is stable without friction"
+    if factor <= _NEGLIGIBLE_RESERVE:
+        return f"less than {_NEGLIGIBLE_RESERVE:g} times the friction of the joints"
+    if stability.least_friction is None:
+        return f"{numeral(factor, '.4g')} times the friction of each joint; with less the scene is unstable"
+    least = numeral(stability.least_friction, ".4g")
+    return f"{least}; with less the scene is unstable (the joints have {friction[0]:g})"
+
+
+def _thrust(stability: Stability) -> str:
+    """Return text on the middle part of the joints into which all resultants fit; "" if it is not known."""
+    margin = stability.geometric_margin
+    if margin is None:
+        return ""
+    if margin >= 1 - _NEGLIGIBLE_RESERVE:
+        return "all resultants can act at the middles of their joints"
+    return f"all resultants fit into the middle {numeral(100 * (1 - margin), '.3g')} % of their joints"
+
+
+def _worst_joint(stability: Stability) -> str:
+    """Return text on the joint whose resultant is nearest to its edge; "" without such a joint."""
+    worst = stability.worst_joint
+    if worst is None:
+        return ""
+    joint = pairs({"pairs": [[worst.first, worst.second]]})
+    distance, share = numeral(worst.distance, ".4g"), numeral(100 * worst.margin, ".3g")
+    where = f"{joint}: resultant {distance} from the edge of the joint, {share} % of the way to its middle"
+    if worst.margin <= _NEGLIGIBLE_RESERVE:
+        where = f"{joint}: resultant at the edge of the joint"
+    return where if stability.unique else f"{where}, with the forces shown"

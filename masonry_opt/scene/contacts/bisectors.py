@@ -1,0 +1,57 @@
+"""Find the directions of contacts between two blocks that meet at corners (in space, along edges).
+
+Around such a point each block occupies a sector, and empty sectors lie between them.
+
+- A line through the point that runs through both empty sectors separates the blocks. All these lines form a
+  sector themselves, which is bounded by sides of the blocks that face each other. The contact lies on the
+  bisector of these sides.
+- If a side of one block and a side of the other lie in one line, the blocks would bear on each other along no
+  length, or along less than the tolerance. Such a bearing is no contact.
+- A corner in a notch cannot be separated by a line. If the corner were cut a little, it would touch both
+  sides of the notch. It therefore has two contacts, one on each side.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+#: Angle in radians up to which two sectors may overlap, and up to which two sides lie in one line, because of
+#: errors of a drawing.
+_MOST_OVERLAP = 0.01
+
+
+class Sectors(NamedTuple):
+    """Sectors that blocks occupy around points, as angles in radians. Sectors are counter-clockwise."""
+
+    first: np.ndarray  #: direction of the side at which each sector begins, shape (points,)
+    last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)
+
+
+def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of the points with contacts, and the normal of each contact, shape (contacts,).
+
+    The normals are angles in radians and point into the sectors ``one``. A point has no contact if the
+    sectors overlap, or if two of their sides lie in one line.
+    """
+    widths = _turn(one.first, one.last), _turn(other.first, other.last)
+    after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
+    fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
+    # Directions of a separating line in the empty sector after ``one``, measured from the last side of
+    # ``one``. The opposite directions must be in the empty sector after ``other``.
+    shift = after_one + widths[1] - np.pi
+    least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
+    in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP
+    separated = np.flatnonzero(fits & ~in_line & (most - least >= -_MOST_OVERLAP))
+    points = [separated]
+    normals = [(one.last + (least + most) / 2 - np.pi / 2)[separated]]
+    for notch, width, sign in ((one, widths[0], 1.0), (other, widths[1], -1.0)):
+        in_notch = np.flatnonzero(fits & (width > np.pi + _MOST_OVERLAP))
+        points += [in_notch, in_notch]
+        normals += [notch.first[in_notch] + sign * np.pi / 2, notch.last[in_notch] - sign * np.pi / 2]
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the counter-clockwise angle between directions; small clockwise angles are negative."""
+    turn: np.ndarray = (end - start + _MOST_OVERLAP) % (2 * np.pi) - _MOST_OVERLAP
+    return turn

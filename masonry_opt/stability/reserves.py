@@ -1,0 +1,110 @@
+"""Reserves of a stable scene: how much friction, and how much of its joints, the scene can lose.
+
+Both numbers are found by bisection. In each step forces or a mechanism are verified from the matrices alone,
+see :mod:`~masonry_opt.stability.diagnosis`.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.effort import Effort
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.driver import ProgramCache
+from masonry_opt.solvers.registry import Solver
+from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
+
+#: Difference, relative to the larger value, of the stable and the unstable value at which a bisection ends. A
+#: smaller value needs more programs.
+_BISECTION_TOLERANCE = 2e-4
+
+#: Value below which a bisection ends, although the values differ by more than the relative tolerance.
+_NEGLIGIBLE_VALUE = 1e-4
+
+#: Largest number of joints for which the geometric margin is computed. Each step of its bisection declares a
+#: new program, which takes about a second for this number.
+_MARGIN_UP_TO = 600
+
+
+def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> float | None:
+    """Return the smallest factor on all friction coefficients with which a stable scene remains stable.
+
+    A scene counts as stable if forces carry its dead load. None is returned if no joint can slide, if the
+    scene is large, or if the solver cannot decide.
+    """
+    if not len(problem.sliding) or problem.joints > FACTOR_UP_TO:
+        return None
+    kept = ProgramCache(keeps=True)
+
+    def is_stable(factor: float) -> bool:
+        """Return True if forces carry the dead load with all friction coefficients times the factor."""
+        weaker = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
+        return falling_mechanism(weaker, solver, effort, kept) is None
+
+    return _least_stable(is_stable)
+
+
+def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
+    """Return the largest share by which all joints can shrink about their middles in a stable scene.
+
+    None is returned for joints of limited strength, whose limits depend on their length, if no joint has a
+    length (in space, an area), if the scene is large, or if the solver cannot decide.
+    """
+    problem = assembly.problem
+    has_extent = bool((assembly.joints.extent > 0).any())
+    if len(problem.crushing) or not has_extent or problem.joints > _MARGIN_UP_TO:
+        return None
+
+    def is_stable(share_left: float) -> bool:
+        """Return True if forces carry the dead load with joints of a given share of their size."""
+        return falling_mechanism(_with_shrunk_joints(assembly, share_left), solver, effort) is None
+
+    share = _least_stable(is_stable)
+    return None if share is None else 1.0 - share
+
+
+def _least_stable(is_stable: Callable[[float], bool]) -> float | None:
+    """Return the smallest value between 0 and 1 with which a scene is stable; the scene is stable at 1.
+
+    A scene that is stable with a value is stable with every larger one. None is returned if the solver cannot
+    decide.
+    """
+    fails, holds = 0.0, 1.0
+    try:
+        if is_stable(0.0):
+            return 0.0
+        while holds > _NEGLIGIBLE_VALUE and holds - fails > _BISECTION_TOLERANCE * holds:
+            value = (fails + holds) / 2
+            if is_stable(value):
+                holds = value
+            else:
+                fails = value
+    except DeadLoadUndecided:
+        return None
+    return holds
+
+
+def _with_shrunk_joints(assembly: Assembly, share: float) -> Problem:
+    """Return a problem whose contact points are moved towards the middles of their joints.
+
+    ``share`` is the remaining distance of a point from the middle over its original distance. The force
+    components of a moved point are combinations of those of all points of the joint.
+    """
+    problem = assembly.problem
+    points = problem.layout.points
+    if points == 2:
+        near, far = (1 + share) / 2, (1 - share) / 2
+        mixed = sp.kron([[near, far], [far, near]], sp.eye_array(problem.joints))
+        moved = [mixed, sp.eye_array(problem.joints)]
+    else:
+        joint = assembly.joint
+        of_joint = sp.csr_array((np.ones(len(joint)), (joint, np.arange(len(joint)))))
+        mean = of_joint.T @ sp.diags_array(1 / np.asarray(of_joint.sum(axis=1)).ravel()) @ of_joint
+        mixed = share * sp.eye_array(len(joint)) + (1 - share) * mean
+        moved = [mixed, mixed, mixed]
+    moved.append(sp.eye_array(problem.matrices.limited))
+    matrices = replace(problem.matrices, B=(problem.B @ sp.block_diag(moved)).tocsr())
+    return replace(problem, matrices=matrices)

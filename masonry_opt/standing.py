@@ -1,0 +1,181 @@
+"""Decide if a scene is stable under its dead load, and answer for scenes that have no live load.
+
+Forces of elastic contacts come first, because load histories need them in any case. Programs decide if there
+are no such forces. Modules that declare programs are imported in the functions that use them, because the
+imports take seconds.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_opt.effort import Effort
+from masonry_opt.methods.incremental.analysis import analysis_of
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.registry import METHODS, HowToSolve
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.answer import FinalState
+from masonry_opt.solution.motion import moving_names
+from masonry_opt.solution.reasons import Code, Status, reason
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.stability import Stability, are_resultants_unique, worst_joint
+from masonry_opt.solvers.driver import ProgramCache
+from masonry_opt.solvers.registry import MATRICES, find_solver
+from masonry_opt.stability.dead_load import DEAD_LOAD, carries
+
+#: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
+#: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
+_MOST_JOINTS_AT_REST = 500
+
+#: Name of the method whose answer is the incremental load factor.
+INCREMENTAL_METHOD = "incremental"
+
+
+@dataclass(frozen=True)
+class DeadLoadCheck:
+    """Check of one scene under its dead load, with the method and the caches of a session."""
+
+    assembly: Assembly
+    how: HowToSolve  #: method, solver and options
+    kept: ProgramCache  #: compiled programs of the session
+    effort: Effort
+
+    @property
+    def adds_incremental(self) -> bool:
+        """Return True if the incremental load factor is computed in addition to that of the method."""
+        method = self.how.chosen
+        return self.how.incremental and not method.associative and method.name != INCREMENTAL_METHOD
+
+    @property
+    def _follows_load_history(self) -> bool:
+        """Return True if the analysis computes a load history, for its own load factor or another one."""
+        return self.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
+
+    def fall(self) -> Solution | None:
+        """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
+        self.effort.begins("does it stand under its dead load?")
+        # The result names the solver of this check and adds its time, but does not count its programs.
+        own_effort = self.effort.beside()
+        with self.effort.measure("dead_load"):
+            if self._is_carried_at_rest(own_effort):
+                return None
+        return self._decide_by_program(own_effort)[0]
+
+    def answer(self) -> Solution:
+        """Return the solution of a scene without live load: stable with its reserves, or unstable."""
+        self.effort.begins("does it stand under its dead load?")
+        own_effort = self.effort.beside()
+        is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
+        with self.effort.measure("dead_load"):
+            forces = self._forces_at_rest(own_effort) if is_small else None
+            if forces is not None:
+                return self._stable(forces, True, own_effort)
+        fallen, by_program = self._decide_by_program(own_effort)
+        if by_program is None:
+            assert fallen is not None, "a program finds forces, or a solution states why it finds none"
+            return fallen
+        with self.effort.measure("dead_load"):
+            forces = None if is_small else self._forces_at_rest(own_effort)
+            if forces is not None:
+                return self._stable(forces, True, own_effort)
+            return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
+
+    def _stable(self, forces: np.ndarray, elastic: bool, effort: Effort) -> Solution:
+        """Return the solution of a stable scene, whose dead load is carried by joint forces (3c + t,)."""
+        from masonry_opt.stability.reserves import geometric_margin, least_friction_factor
+
+        problem, solver = self.assembly.problem.by_cone, self.how.of_dead_load
+        self.effort.begins("how much friction does it need?")
+        factor = least_friction_factor(problem, solver, effort)
+        self.effort.begins("how far are thrusts from the edges of joints?")
+        margin = geometric_margin(self.assembly, solver, effort)
+        friction = np.unique(problem.friction)
+        total_dead = float(problem.force_sizes(problem.dead).sum()) or 1.0
+        unique = are_resultants_unique(self.assembly)
+        stability = Stability(
+            unique=unique,
+            equilibrium=float(np.abs(problem.unbalanced(0.0, forces)).max()) / total_dead,
+            yield_=max(0.0, -float(problem.slacks(forces).min(initial=0.0))),
+            least_friction_factor=factor,
+            least_friction=None if factor is None or len(friction) != 1 else factor * float(friction[0]),
+            geometric_margin=margin,
+            worst_joint=worst_joint(self.assembly, forces),
+        )
+        found = FinalState(q=forces, forms=problem.forms)
+        carried = reason(Code.CARRIED, unique=unique, elastic=elastic)
+        return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
+
+    def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
+        """Return the solution of an unstable scene, or forces (3c + t,) that carry the dead load.
+
+        The other value is None. If the solver cannot decide, the solution states why.
+        """
+        from masonry_opt.stability import diagnosis
+
+        assembly, problem, solver = self.assembly, self.assembly.problem, self.how.of_dead_load
+        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
+        with self.effort.measure("dead_load"):
+            try:
+                falling, forces = diagnosis.mechanism_or_forces(problem, solver, effort, self.kept)
+            except diagnosis.DeadLoadUndecided as error:
+                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
+        if falling is None:
+            return None, forces
+        self.effort.begins("what falls, and what would hold it")
+        with self.effort.measure("dead_load"):
+            falling = diagnosis.as_it_falls(assembly, falling, Effort())
+            falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
+            remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
+        found = FinalState(d=falling, forms=problem.by_cone.forms)
+        return replace(solution, found=found, reasons=(falls, *remedies)), None
+
+    def _fall_from_rest(self, effort: Effort) -> Solution | None:
+        """Return the solution of a scene whose forces need wedging that no load causes; None otherwise.
+
+        Programs find forces that carry the dead load of such a scene, but elastic contacts that start without
+        forces do not come to rest, and an exact state of collapse exists. Methods with associative flow do
+        not consider this, and neither do scenes that are too large for a load history.
+        """
+        problem = self.assembly.problem
+        if not self._is_history_possible(problem):
+            return None
+        task = Task(problem, find_solver(MATRICES, None), effort=Effort(), kept=self.kept)
+        if analysis_of(task).preload_forces is not None:
+            return None
+        solution = METHODS[INCREMENTAL_METHOD].run(task)
+        if solution.status is not Status.UNSTABLE:
+            return None
+        from masonry_opt.stability.existence import withdrawn
+
+        effort.uses(task.solver.name, DEAD_LOAD)
+        return withdrawn(self.assembly, solution, rests=False)
+
+    def _is_history_possible(self, problem: Problem) -> bool:
+        """Return True if the method computes a load history, and the scene is not too large for it."""
+        is_small = problem.joints <= IncrementalSettings().most_joints
+        return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
+
+    def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
+        """Return forces (3c + t,) of elastic contacts at rest under the dead load; None without them."""
+        problem = self.assembly.problem
+        if not self._is_history_possible(problem):
+            return None
+        forces = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
+        if forces is None or not carries(problem, forces):
+            return None
+        if problem.settled is None and problem.dead.any():
+            effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
+        return forces
+
+    def _is_carried_at_rest(self, effort: Effort) -> bool:
+        """Return True if the forces of elastic contacts at rest carry the dead load.
+
+        The forces are computed only for small scenes. They are not computed if the session keeps programs:
+        forces of earlier scenes then decide at once.
+        """
+        if self.kept.keeps or self.assembly.problem.joints > _MOST_JOINTS_AT_REST:
+            return False
+        return self._forces_at_rest(effort) is not None

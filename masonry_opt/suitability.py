@@ -1,0 +1,76 @@
+"""Refuse scenes that a method does not support, or that have no live load where one is needed."""
+
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.task import Method
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.scene import Scene
+
+#: Keys of a case file that define a live load, in words, by dimension.
+_LIVE_LOAD_KEYS = {
+    2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
+    'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
+    3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
+}
+
+
+def refuse_without_live_load(assembly: Assembly) -> None:
+    """Raise CaseError if no block carries a live load."""
+    if not assembly.problem.live_norm:
+        raise CaseError(f"{assembly.scene.origin}: {_without_live_load(assembly.scene)}")
+
+
+def asks_for_stability(assembly: Assembly) -> bool:
+    """Return True if a scene has no live load at all, so that the question is if the scene is stable.
+
+    Axles that move, and a load case, are live loads even if they act on no block.
+
+    Raises CaseError if the scene has no dead load either.
+    """
+    scene = assembly.scene
+    has_live_load = assembly.problem.live_norm or scene.load_case or (scene.factor_of_axles and scene.axles)
+    if has_live_load:
+        return False
+    if not assembly.problem.dead.any():
+        needed = "give 'weight' or 'unit_weight' of the blocks, and 'live' for a load that grows"
+        raise CaseError(f"{scene.origin}: no block carries a load: {needed}")
+    return True
+
+
+def refuse_unsuited(method: Method, assembly: Assembly) -> None:
+    """Raise an error if a method cannot solve a scene.
+
+    Raises
+    ------
+    OptionError
+        If the scene has load cases and none was named. If the method does not support solids, limited forces,
+        limited strength, or dilatancy that falls with stress.
+    """
+    problem, scene = assembly.problem, assembly.scene
+    scene.refuse_without_case()
+    named = f"method '{method.name}'"
+    if scene.dimension == 3 and "space" in method.refuses:
+        raise OptionError(f"{scene.origin}: {named} does not support blocks that are solids: use another")
+    roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
+    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
+    strength = "joints of limited strength: choose another method, or omit 'strength'"
+    for feature, is_present, sentence in (
+        ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
+        ("forces", problem.matrices.limited, f"forces of {roles}: choose another method, or omit them"),
+        ("strength", len(problem.crushing), strength),
+    ):
+        if is_present and feature in method.refuses:
+            raise OptionError(f"{named} does not support {sentence}")
+
+
+def _without_live_load(scene: Scene) -> str:
+    """Return the error message, with advice, for a scene in which no block carries a live load."""
+    case = scene.load_case
+    prefix = f"load case '{case.name}': " if case is not None else ""
+    if scene.factor_of_axles and (scene.axles or case is not None):
+        moves = "its only live loads are axles that move: use crossing (in Python mo.crossing), which"
+        return f"{prefix}{moves} finds their worst position"
+    if case is not None:
+        fault = f"none of its live loads ({case}) acts on a block"
+        return f"{prefix}{fault}: name another group of loads, or add loads to these groups"
+    needed = f"no block carries a live load: give one {_LIVE_LOAD_KEYS[scene.dimension]}"
+    return f"{needed}; without a live load, 'solve' answers if the scene is stable"
