@@ -12,6 +12,7 @@ import numpy as np
 
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
@@ -35,22 +36,17 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 #: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
 #: answer. With more joints the computation takes from 15 seconds to minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
-
 #: Largest number of joints with which a collapse without work of the live load is looked for, if a method
 #: finds no load factor.
 _MOST_JOINTS_NO_WORK = 8000
-
 #: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
 #: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
 _MOST_JOINTS_AT_REST = 500
-
 #: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
 #: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
 NO_WORK = 1e-3
-
 #: Name of the method whose answer is the incremental load factor.
 _INCREMENTAL = "incremental"
-
 #: Keys of a case file that define a live load, in words, by dimension.
 _LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
@@ -416,6 +412,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     tolerance: float | None = None,
     incremental: bool = True,
     load_case: str | None = None,
+    settled: Movements | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -449,6 +446,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         contacts).
     load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
         solves all of them.
+    settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation).
     progress: Function that is called with each step of the method:
         :class:`~.answer.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
         :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,
@@ -480,7 +478,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     effort = Effort(phases)
     effort.begins("reading blocks")
     with effort.measure("scene"):
-        scene = as_scene(scene, load_case)
+        scene = settled_scene(as_scene(scene, load_case), settled)
     return session.solve(scene, progress, effort)
 
 

@@ -17,9 +17,10 @@ from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
+from masonry_opt.finite_motion.moved_blocks import point_forces
 from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.displaced import displaced, moved, placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.reporting.load_factors import certainty, named_factor, own_name

@@ -12,7 +12,8 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping, placed, turned
+from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping
+from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots

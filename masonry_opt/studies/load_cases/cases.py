@@ -16,6 +16,7 @@ from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
@@ -259,6 +260,7 @@ def solve_cases(
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
+    settled: Movements | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -267,8 +269,9 @@ def solve_cases(
 
     Parameters
     ----------
-    scene, method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver,
-        ... too. The text that ``phases`` is called with begins with the name of the load case.
+    scene, method, settled, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model,
+        solver, ... too. The supports settle under the dead loads of each load case. The text that ``phases``
+        is called with begins with the name of the load case.
 
     Returns
     -------
@@ -288,7 +291,8 @@ def solve_cases(
     moving = [case.name for case in base.load_cases if case.moves]
     # If axles move in all load cases, solving the first load case raises an error with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
-    results = solve_all({name: base.in_case(name) for name in solved}, method, progress, phases, **options)
+    scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
+    results = solve_all(scenes, method, progress, phases, **options)
     return Cases(results, tuple(moving))
 
 
