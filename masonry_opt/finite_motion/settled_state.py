@@ -100,7 +100,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
     except (TypeError, ValueError):
         raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None
     supports_of(scene, names)
-    movements = {}
+    movements: dict[str, tuple[float, float, float]] = {}
     for name, movement in pairs:
         try:
             numbers = tuple(float(part) for part in movement)
@@ -109,8 +109,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)) or not any(numbers):
             needs = "needs (x, y) or (x, y, rotation), not all of them zero"
             raise OptionError(f"{scene.origin}: 'settled': support '{name}' {needs} (found {movement!r})")
-        x, y, *rotation = numbers
-        movements[name] = (x, y, *(rotation or [0.0]))
+        movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
     return movements
 
 

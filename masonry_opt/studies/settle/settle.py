@@ -27,12 +27,13 @@ from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.studies.settle.answer import Bound, Settlement
 
 
-def settle(
+def settle(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path,
     support: str | Sequence[str],
     direction: Sequence[float],
     *,
     turns: bool = False,
+    movement: float | None = None,
     load_case: str | None = None,
     method: str = DEFAULT,
     phases: Phases = lambda _: None,
@@ -53,6 +54,8 @@ def settle(
     support: name of a fixed block. Several supports move at a common rate, and the reaction is their sum.
     direction: direction in which the support settles, ``(x, y)``, in space ``(x, y, z)``, of any length.
     turns: True if each support can also turn, also at rest; the reaction then passes through its centroid.
+    movement: Movement of the support in this direction, in the unit of length, at which openings are given
+        too.
     load_case: name of the load case whose dead loads act.
     method, phases, options: as of :func:`~masonry_opt.solve`, its model, solver, ... too.
 
@@ -67,11 +70,13 @@ def settle(
         If the case file or the scene is wrong.
     OptionError
         If a support does not exist, can move already, or touches no block that can move; if the direction is
-        not a vector of the scene's dimension; or as :func:`~masonry_opt.solve`.
+        not a vector of the scene's dimension; if the movement is not above zero, or so large that openings of
+        small motions are inaccurate; or as :func:`~masonry_opt.solve`.
     """
     session = prepare(method, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
+    _refuse_movement(scene, movement)
     supports = supports_of(scene, support)
     along = _unit_of(scene, direction)
     effort.begins("finding joints")
@@ -103,12 +108,29 @@ def settle(
         dead = assembly.problem.dead - sign * start * assembly.problem.live
         preloaded = replace(assembly, problem=replace(assembly.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
-        return Bound(results[0], results[-1], start=unit * start, per_load_factor=-sign * unit)
+        end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
+        if movement is not None and movement > end.largest_movement:
+            largest = f"{end.largest_movement:.3g}"
+            follows = "blocks turn so far that openings of small motions are inaccurate"
+            raise OptionError(
+                f"{scene.origin}: movement: {follows}: give at most {largest} (found {movement:g})"
+            )
+        return end
 
     at_rest = None if rest is None else unit * rest[0]
     least = bound(settling, 1.0, *start_settling)
     greatest = bound(pushed_back, -1.0, *start_pushed_back)
     return answer(at_rest=at_rest, least=least, greatest=greatest)
+
+
+def _refuse_movement(scene: Scene, movement: float | None) -> None:
+    """Raise OptionError if a movement is not a finite number above zero."""
+    if movement is None:
+        return
+    is_number = isinstance(movement, int | float) and not isinstance(movement, bool)
+    if not is_number or not 0 < movement < np.inf:
+        needs = "needs a length above zero, such as 0.02: 'direction' gives its sense"
+        raise OptionError(f"{scene.origin}: movement: {needs} (found {movement!r})")
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
