@@ -118,11 +118,17 @@ def _not_followed(assembly: Assembly) -> list[str]:
 
     In space, ties and props are possible.
     """
-    roles = dict.fromkeys(force.role for force in assembly.limited)
-    if assembly.scene.dimension == 3:
-        roles = {role: None for role in roles if role not in (Role.TIE, Role.PROP)}
+    names: dict[Role, list[str]] = {}
+    for force in assembly.limited:
+        names.setdefault(force.role, []).append(repr(force.name))
+    parts = []
+    for role, of_role in names.items():
+        is_strut = role in (Role.TIE, Role.PROP)
+        if is_strut and assembly.scene.dimension == 3:
+            continue
+        parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
     crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
-    return [*(_NOT_FOLLOWED[role] for role in roles), *crushing]
+    return [*parts, *crushing]
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:

@@ -16,6 +16,7 @@ from masonry_opt.problem.laws import Law
 from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import linked
@@ -215,13 +216,25 @@ class MovedBlocks:
         if solution is None:
             return None
         value, d, q = solution
-        size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
-        pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
+        pressed = np.zeros(len(touch), dtype=bool)
+        pressed[touch.any(axis=1)] = _pressed(problem, q)
+        return ForceOptimum(value, self._motion(problem, d, poses), pressed)
+
+    def state_of(self, result: Result) -> ForceOptimum:
+        """Return the load factor, the mechanism and the pressed joints of a result of the blocks at rest."""
+        problem, solution = result.assembly.problem, result.solution
+        assert solution.d is not None
+        assert solution.q is not None
+        motion = self._motion(problem, solution.d, np.zeros((len(self.geometry.size), 3)))
+        return ForceOptimum(result.required(), motion, _pressed(problem, solution.q))
+
+    def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
+        """Return the rates of the poses of all blocks, shape (blocks, 3), from velocities d (3b,)."""
         # Convert the velocities of the blocks' centroids to velocities of the block points at the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
-        return ForceOptimum(value, motion, pressed)
+        return motion
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
         """Return the number of the rigid body of each block, shape (blocks,); the ground is the last body.
@@ -270,7 +283,8 @@ class MovedBlocks:
         The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
         of the speed of the fastest corner, as in :func:`~masonry_opt.solution.motion.joint_motion`, and if it
         carries a force or does not open. A corner that slips less, as on surveyed blocks, still touches
-        unless it opens by more than friction times its slip.
+        unless it opens by more than friction times its slip. A joint without force that slips
+        separates: no friction resists its motion.
         """
         opening, slip = self.relative(poses, optimum.motion)
         speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0
@@ -280,7 +294,14 @@ class MovedBlocks:
         slips = touch & (np.abs(slip) > SLIDES * speed)
         stays = touch & ~lifts & ~slips
         slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & optimum.pressed)
-        return stays, slides
+        is_free = slips.any(axis=1) & ~optimum.pressed
+        return stays & ~is_free[:, None], slides & ~is_free
+
+
+def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
+    """Return True for the joints of a problem that carry a force, shape (joints,)."""
+    size = np.abs(problem.by_kind(q)).max(axis=0)
+    return np.asarray(size > IDLE * size.max(initial=0.0))
 
 
 def least_missed(

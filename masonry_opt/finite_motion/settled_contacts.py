@@ -22,7 +22,7 @@ from masonry_opt.solution.thresholds import SEPARATES
 #: better starts at large rotations.
 _STEPS = 10
 #: Largest number of Newton iterations in a step.
-_MOST_ITERATIONS = 20
+_MOST_CORRECTIONS = 20
 #: Largest change of a position in the last iteration, relative to the size of the scene.
 _CONVERGED_STEP = 1e-13
 #: Weight of the slips of hinges relative to gaps. A smaller value closes gaps more exactly where both cannot
@@ -181,7 +181,7 @@ class Contacts:
             return poses
         size = float(np.ptp(self.joints.point, axis=0).max())
         scale = np.tile([1.0, 1.0, 1.0 / size], np.count_nonzero(free))
-        for _ in range(_MOST_ITERATIONS):
+        for _ in range(_MOST_CORRECTIONS):
             normal, tangential, jacobian = self._conditions(poses)
             weights = np.repeat([1.0, _SLIP_WEIGHT], [len(normal), len(tangential)])
             matrix = weights[:, None] * jacobian[:, np.repeat(free, 3)] * scale

@@ -18,7 +18,7 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.scene import Scene
 
 #: Attributes of joints that do not depend on the positions of the blocks.
-_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "strength")
+_JOINT_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "strength")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class SettledState:
                 f"{scene.origin}: the blocks of a scene with settled supports keep their shapes: change the "
                 "blocks first, and settle the supports of the new scene"
             )
-        properties = {name: getattr(at_rest, name)[self.kept] for name in _PROPERTIES}
+        properties = {name: getattr(at_rest, name)[self.kept] for name in _JOINT_PROPERTIES}
         return replace(self.joints, **properties)
 
     def pieces(self, at_rest: Sequence[Any]) -> tuple[Any, ...]:
