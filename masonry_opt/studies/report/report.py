@@ -25,6 +25,7 @@ from masonry_opt.drawing.pictures import result_picture, scene_picture
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.finite_motion.capacity import Capacity
+from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.reporting.load_factors import certainty, known_least, named_factor
 from masonry_opt.reporting.page import RESIDUAL_MEANINGS
@@ -170,8 +171,13 @@ def _part(answer: object) -> ReportPart:
 @_part.register
 def _(answer: Result) -> ReportPart:
     heading, results = _of_case("Collapse", answer), {f"method {answer.method}": answer}
+    activated = activation(answer)
     return ReportPart(
-        heading=heading, says=named_factor(answer), assembly=answer.assembly, printed_in_full=results
+        heading=heading,
+        says=named_factor(answer),
+        assembly=answer.assembly,
+        printed_in_full=results,
+        facts={} if activated is None else {"earthquake": str(activated)},
     )
 
 
