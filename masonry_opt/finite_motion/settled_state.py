@@ -27,6 +27,8 @@ from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Movements of supports by name: ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
+#: Form of the movements of supports, in error messages.
+_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
 #: Largest number of halvings of a movement in the search for a movement that can be followed.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
@@ -99,6 +101,8 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         names = [name for name, _ in pairs]
     except (TypeError, ValueError):
         raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None
+    if not names:
+        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})")
     supports_of(scene, names)
     movements: dict[str, tuple[float, float, float]] = {}
     for name, movement in pairs:
@@ -111,9 +115,6 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
             raise OptionError(f"{scene.origin}: 'settled': support '{name}' {needs} (found {movement!r})")
         movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
     return movements
-
-
-_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
 
 
 def _falls(problem: Problem) -> bool:

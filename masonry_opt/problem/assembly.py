@@ -163,8 +163,8 @@ def _assembled(
 def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     """Return the assembly of a scene after a settlement, from its assembly before the settlement."""
     scene, movable, before = at_rest.scene, at_rest.movable, at_rest.problem
-    shapes = state.geometry(at_rest.geometry)
     joints = state.joints_of(scene, at_rest.joints)
+    shapes = state.geometry(at_rest.geometry)
     pieces, filled = state.pieces(at_rest.loaded_pieces), state.pieces(at_rest.filled_pieces)
     limited = (*state.struts(at_rest.limited), *pressures(scene, filled))
     matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)

@@ -68,7 +68,7 @@ class SettledState:
 
         Raises CaseError if the scene has other joints than the scene whose supports moved.
         """
-        if len(at_rest.first) != self.count:
+        if len(at_rest.first) != self.count or len(scene.blocks) != len(self.poses):
             raise CaseError(
                 f"{scene.origin}: the blocks of a scene with settled supports keep their shapes: change the "
                 "blocks first, and settle the supports of the new scene"

@@ -160,6 +160,8 @@ def test_wrong_spectra_and_values_are_refused():
     for spectrum, shares in (([(0, 1), (0.01, 1)], {}), (SPECTRUM, {"ultimate": 1.0, "secant": 1.0})):
         with pytest.raises(OptionError, match="the spectrum ends at"):
             curve.check(spectrum, **shares)
+    with pytest.raises(OptionError, match="unknown code 'NTC 2018': choose from 'NTC 2008', 'NTC 2018 SLV'"):
+        curve.check(SPECTRUM, code="NTC 2018")
     for name, value in {"gravity": 0, "ultimate": 1.1, "behaviour_factor": "2"}.items():
         with pytest.raises(OptionError, match=name):
             curve.check(SPECTRUM, **{name: value})
