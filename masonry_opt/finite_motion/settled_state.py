@@ -193,7 +193,9 @@ def _state(
     forces = free.problem.by_kind(solution.q)[:, kept].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
-    state = SettledState(shown, poses, kept, joints, count, forces, assembly.problem.dead)
+    # The forces that hold the supports come last.
+    limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
+    state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
     if _falls(_without_opened_ends(problem, contacts.open_ends(kept))):
         return "the masonry falls under its dead load before the supports have moved so far"

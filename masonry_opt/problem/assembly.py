@@ -176,7 +176,10 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     law = _law(scene, joints, limited, force_unit)
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
-        of_limited = problem.lowest_forces[len(state.forces) :]
+        of_limited = state.limited
+        # Level edges below a fill are inclined after the settlement, and then carry a small pressure.
+        if len(of_limited) != len(limited):
+            of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))
     return Assembly(
         problem, scene, shapes, joints, movable, at_rest.bare_edge_loads, pieces, filled, limited, at_rest

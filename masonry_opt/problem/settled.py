@@ -35,6 +35,7 @@ class SettledState:
         and can close again when it is pressed.
     count: Number of joints at rest.
     forces: Joint forces after the settlement, in units of the problem, shape (3c,).
+    limited: Forces of ties, props and fill after the settlement, in units of the problem, shape (t,).
     dead: Dead load of the problem under which the supports moved, shape (3b,).
     """
 
@@ -44,6 +45,7 @@ class SettledState:
     joints: Joints = field(repr=False)
     count: int = field(repr=False)
     forces: np.ndarray = field(repr=False)
+    limited: np.ndarray = field(repr=False)
     dead: np.ndarray = field(repr=False)
 
     def __str__(self) -> str:

@@ -128,6 +128,20 @@ def test_forces_after_the_settlement_are_the_preload():
     assert shears == pytest.approx([2.25, 2.25], rel=1e-6)
 
 
+def test_a_tie_runs_between_its_displaced_ends():
+    """The beam turns about (1, 1) by −atan(1/200), so that its top at (2.5, 2) moves by (1, −1.5)/200.
+
+    The rod from there to (2.5, 5) then leans by 0.005 on 3.0075.
+    """
+    rod = mo.Tie(between=("beam", "ground"), at=((2.5, 2), (2.5, 5)), strength=1.0, prestress=0.5)
+    after = assemble(settled_scene(beam().replace(ties=[rod]), SINKS))
+    (force,) = after.limited
+    top, far = (action.point + after.geometry.origin for action in force.actions)
+    np.testing.assert_allclose(top, [2.505, 1.9925], atol=4e-5)
+    np.testing.assert_allclose(far, [2.5, 5])
+    np.testing.assert_allclose(force.actions[0].force, [-0.005 / 3.0075, 1], atol=2e-5)
+
+
 @pytest.mark.parametrize(
     ("settled", "words"),
     [
@@ -187,6 +201,17 @@ def test_the_commands_take_a_settlement(command, tmp_path):
     form = "write SUPPORT:X,Y or SUPPORT:X,Y,ROTATION"
     for wrong in ("R", "R:1", "R:0,x", ":0,1", "R:0,0,0,0"):
         assert form in command.refused("solve", path, "--settled", wrong)
+    axles = {"name": "one", "loads": [10.0], "road": [(0, 3), (5, 3)]}
+    mo.save(beam(live=(0, 0)).replace(axles=[axles]), tmp_path / "bridge.toml")
+    crossed = command("crossing", tmp_path / "bridge.toml", "--settled", "R:0,-0.02", code=None)
+    assert "settled: 'R' by (0, -0.02)" in crossed
+    mo.save(block_on_floor(0.6, 3, friction=0.9), tmp_path / "block.toml")
+    spectrum = tmp_path / "spectrum.csv"
+    spectrum.write_text("0,0.2\n0.15,0.5\n9,0.03\n")
+    given = "--settled", "floor:0,0,-0.05", "--spectrum", spectrum, "--code", "NTC 2018 SLC"
+    curve = command.json("capacity", tmp_path / "block.toml", *given)
+    assert curve["load_factor"] == pytest.approx(math.tan(math.atan(0.2) - 0.05), rel=1e-6)
+    assert (curve["check"]["code"], curve["check"]["linear"]) == ("NTC 2018 SLC", None)
     assert "no block 'Q'" in command.refused("capacity", path, "--settled", "Q:0,1")
 
 

@@ -194,7 +194,7 @@ def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.
 
 
 def _passages(
-    scene: Scene, axles: _AxlesArgument, settled: Movements | None
+    scene: Scene, axles: _AxlesArgument, settled: Movements | None = None
 ) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
     """Return the passages, and the names of the load cases without axles.
 
