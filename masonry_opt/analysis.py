@@ -11,6 +11,7 @@ from typing import Any
 from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, TimeLimitError
+from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
@@ -297,6 +298,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     incremental: bool = True,
     time_limit: float | None = None,
     load_case: str | None = None,
+    settled: Movements | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -333,6 +335,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         bounds. If a scene has load cases, each has this time.
     load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
         solves all of them.
+    settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation).
     progress: Function that is called with each step of the method:
         :class:`~.answer.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
         :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,
@@ -368,8 +371,18 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     with limited(session.how.time_limit):
         effort.begins("reading blocks")
         with effort.measure("scene"):
-            scene = as_scene(scene, load_case)
+            scene = _after_settlement(as_scene(scene, load_case), settled)
         return replace(session, answers_stability=True).solve(scene, progress, effort)
+
+
+def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
+    """Return a scene after the movement of its supports. Raises TimeLimitError if the time limit is over."""
+    try:
+        return settled_scene(scene, settled)
+    except TimeLimitReached as stop:
+        raise TimeLimitError(
+            f"{scene.origin}: the {stop} ended before the supports had settled: raise the time limit"
+        ) from None
 
 
 def prepare(

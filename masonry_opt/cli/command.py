@@ -65,6 +65,22 @@ def _angles(text: str) -> tuple[float, float]:
     return azimuth, elevation
 
 
+def _movement(text: str) -> tuple[str, tuple[float, ...]]:
+    """Return the name of a support, and its movement: x, y and possibly a rotation.
+
+    Raises OptionError if the text has another form.
+    """
+    name, colon, movement = text.rpartition(":")
+    try:
+        parts = tuple(map(float, movement.split(",")))
+    except ValueError:
+        parts = ()
+    if not (colon and name and len(parts) in (2, 3)):
+        form = "SUPPORT:X,Y or SUPPORT:X,Y,ROTATION, such as pier:0,-0.02"
+        raise OptionError(f"--settled {text}: write {form}")
+    return name, parts
+
+
 _VIEW = "View of solids: azimuth and elevation of the eye, in degrees."
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
@@ -80,6 +96,12 @@ _SHARED: dict[str, Any] = {
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
+    "settled": typer.Option(
+        metavar="SUPPORT:X,Y[,ROT]",
+        help="Movement of a support before the live load acts, in the length unit of CASE, and a rotation in "
+        "radians; may be repeated.",
+        parser=_movement,
+    ),
     "view": typer.Option(metavar="AZIM,ELEV", help=_VIEW, parser=_angles),
 }
 

@@ -57,6 +57,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     mo.sample,
     mo.solve,
     labels=("", "With --sample"),
+    leave="settled",
     vary=typer.Option("--vary", help=_VARY, parser=_vary),
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),

@@ -129,7 +129,7 @@ def crossing(
     return answer.load_factor is not None
 
 
-@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
+@command(mo.directions, mo.solve, Cases.save, leave="tolerance settled", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
     """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong input."""
     drawing = given.take(Cases.save)
@@ -186,7 +186,7 @@ def least(
     mo.settle,
     mo.solve,
     mo.Settlement.save,
-    leave="end kind",
+    leave="end kind settled",
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
     greatest=typer.Option("--greatest", help="With --plot: draw the greatest reaction, not the least."),
 )

@@ -17,10 +17,11 @@ from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
-from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
+from masonry_opt.finite_motion.kinematic_check import CONFIDENCE_FACTOR, KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.moved_blocks import point_forces
 from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.displaced import displaced, moved, placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
@@ -30,6 +31,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.solution.reasons import Code, Reason
+from masonry_opt.solution.thresholds import MOVES
 
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
@@ -121,11 +123,17 @@ def _not_followed(assembly: Assembly) -> list[str]:
 
     In space, ties and props are possible.
     """
-    roles = dict.fromkeys(force.role for force in assembly.limited)
-    if assembly.scene.dimension == 3:
-        roles = {role: None for role in roles if role not in (Role.TIE, Role.PROP)}
+    names: dict[Role, list[str]] = {}
+    for force in assembly.limited:
+        names.setdefault(force.role, []).append(repr(force.name))
+    parts = []
+    for role, of_role in names.items():
+        is_strut = role in (Role.TIE, Role.PROP)
+        if is_strut and assembly.scene.dimension == 3:
+            continue
+        parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
     crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
-    return [*(_NOT_FOLLOWED[role] for role in roles), *crushing]
+    return [*parts, *crushing]
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
@@ -272,30 +280,47 @@ class Capacity:
         rates = dots(self.live.force, live - self.live.point) / sizes
         return sizes, rates, _work(self.control, control) / _size(self.control)
 
+    @property
+    def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Live forces on the blocks that move, with the rates of ``_onset``.
+
+        Blocks at rest are not in the kinematic chain, so their masses do not take part.
+        """
+        sizes, rates, control_rate = self._onset
+        motion = self.motion[self.result.assembly.movable]
+        speeds = lengths(carried(self.live.point, motion[self.live.block]) - self.live.point)
+        moves = speeds > MOVES * speeds.max()
+        return sizes[moves], rates[moves], control_rate
+
     def check(
         self,
         spectrum: Sequence[tuple[float, float]],
         *,
+        code: str = "NTC 2008",
         behaviour_factor: float = 2.0,
-        confidence_factor: float = 1.35,
+        confidence_factor: float = CONFIDENCE_FACTOR,
         gravity: float = 9.81,
-        ultimate: float = 0.4,
-        secant: float = 0.4,
+        ultimate: float | None = None,
+        secant: float | None = None,
     ) -> KinematicCheck:
         """Make the linear and non-linear kinematic checks of the Italian building code for an earthquake.
 
-        The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3. The live load must be that of
-        1 g: level forces that equal the weights of the masses that take part.
+        The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008), or those of Circolare
+        7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8 (NTC 2018). The live load must be that of 1 g: level forces that
+        equal the weights of the masses that take part.
 
         Parameters
         ----------
         spectrum: Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
             (g), linear in between.
+        code: Code and limit state: "NTC 2008", "NTC 2018 SLV" (life safety) or "NTC 2018 SLC" (collapse
+            prevention). In NTC 2018 the spectrum is that of the limit state, with a damping of 8 % (SLV) or
+            10 % (SLC).
         behaviour_factor: q, of the linear check.
         confidence_factor: FC; 1.35, of the lowest level of knowledge, wherever the strength of masonry is
             left aside.
         gravity: In the case's unit of length per s².
-        ultimate, secant: d*_u / d*_0 and d*_s / d*_u.
+        ultimate, secant: d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
 
         Returns
         -------
@@ -322,11 +347,12 @@ class Capacity:
             found = f"this live load is {share:.3g} times the weight of the loaded blocks, or not horizontal"
             ways = "'live_per_weight = [1, 0]' or a horizontal [earthquake]"
             raise OptionError(f"{case}: the check needs {needed}: {found}: give {ways}")
-        values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
-        values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
+        values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
+        values |= {"confidence_factor": confidence_factor, "gravity": gravity}
+        values |= {"ultimate": ultimate, "secant": secant}
         curve = self.table[["displacement", "load_factor"]].to_numpy()
         rests_on = f"{named_factor(self.result)}: {certainty(self.result)}"
-        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values, rests_on)
+        return kinematic_check(self._onset_of_moving, curve, self.reaches_zero, spectrum, values, rests_on)
 
     def _share_of_weight(self) -> float | None:
         """Return the ratio of the live load to the weight of the loaded blocks.

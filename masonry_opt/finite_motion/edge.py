@@ -8,8 +8,9 @@ from scipy.optimize import brentq
 
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.moved_blocks import least_missed, moved, overlapping, placed, turned
+from masonry_opt.finite_motion.moved_blocks import least_missed, overlapping
 from masonry_opt.finite_motion.path import BORNE, PathState
+from masonry_opt.problem.displaced import moved, placed, turned
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices

@@ -1,8 +1,13 @@
-"""Kinematic checks of local mechanisms after Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008)."""
+"""Kinematic checks of local mechanisms after the Italian building codes NTC 2008 and NTC 2018.
+
+The checks of NTC 2008 are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3. The checks of NTC 2018 are
+those of Circolare 7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8. Both codes have equal formulas for the mass that
+takes part and for the equivalent oscillator.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +16,32 @@ from masonry_opt.brief import brief
 from masonry_opt.errors import OptionError
 from masonry_opt.reporting.names import labelled
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.result import Result
+from masonry_opt.solution.motion import moving_blocks
+
+#: Confidence factor FC of the lowest level of knowledge. Both codes demand this value where the strength of
+#: masonry is neglected.
+CONFIDENCE_FACTOR = 1.35
+
+
+@dataclass(frozen=True)
+class CodeRules:
+    """Numbers in which the kinematic checks of building codes and limit states differ."""
+
+    ultimate: float  #: ultimate displacement d*_u, as a share of d*_0
+    secant: float  #: displacement d*_s of the secant period, as a share of d*_u
+    period: float  #: secant period divided by √(d*_s / a*_s)
+    has_linear: bool  #: True if the code has a linear check in this limit state
+    #: True if the demand is the largest spectral displacement up to the secant period.
+    is_largest_demand: bool
+
+
+#: Rules by the name of the code and the limit state: SLV is life safety, SLC is collapse prevention.
+CODES = {
+    "NTC 2008": CodeRules(0.4, 0.4, 2 * math.pi, has_linear=True, is_largest_demand=False),
+    "NTC 2018 SLV": CodeRules(0.4, 1.0, 1.68 * math.pi, has_linear=True, is_largest_demand=True),
+    "NTC 2018 SLC": CodeRules(0.6, 1.0, 1.56 * math.pi, has_linear=False, is_largest_demand=True),
+}
 
 
 @dataclass(frozen=True)
@@ -22,24 +53,31 @@ class KinematicCheck:
 
     Attributes
     ----------
-    mass_fraction: Participating mass fraction e* = (Σ P δ)² / (Σ P Σ P δ²).
+    code: Name of the code and its limit state: "NTC 2008", "NTC 2018 SLV" or "NTC 2018 SLC".
+    mass_fraction: Participating mass fraction e* = (Σ P δ)² / (Σ P Σ P δ²) of the blocks that move.
     mass: Participating mass M* = e* Σ P / g, in the case's unit of force over the unit of ``gravity``.
-    acceleration: a*_0 = λ g / (e* FC) at which the mechanism is activated, in g.
+    onset: Acceleration a_0 = λ of the masses at which the mechanism is activated, in g.
+    acceleration: Spectral acceleration a*_0 = λ g / (e* FC) at which the mechanism is activated, in g.
     displacement: d*_0 of the equivalent oscillator at λ = 0, or at the end of a curve that ends before, with
         d* = d_k Σ P δ² / (δ_k Σ P δ).
     complete: True if the curve comes down to λ = 0; otherwise ``displacement`` is less than d*_0.
     ultimate: Ultimate displacement d*_u, a share of d*_0.
     secant, secant_acceleration: The point (d*_s, a*_s) of the curve, a*_s in g.
-    period: Secant period T_s = 2π √(d*_s / a*_s), in seconds.
-    demand_acceleration: S_e(0) / q, in g.
-    demand_displacement: S_e(T_s) (T_s / 2π)², in the case's unit of length.
-    linear: True if the linear check holds: ``acceleration`` is at least ``demand_acceleration``.
+    period: Secant period T_s in seconds: √(d*_s / a*_s) times 2π, in NTC 2018 times 1.68π (SLV) or 1.56π
+        (SLC).
+    demand_acceleration: S_e(0) / q, in g; None if the code has no linear check in this limit state.
+    demand_displacement: S_e(T_s) (T_s / 2π)², in the case's unit of length; in NTC 2018 the largest value of
+        all periods up to T_s.
+    linear: True if the linear check holds: ``acceleration`` is at least ``demand_acceleration``. None without
+        a linear check.
     non_linear: True if the non-linear check holds: ``ultimate`` is at least ``demand_displacement``.
     rests_on: Name and certainty of the load factor λ at the onset, on which both verdicts rest.
     """
 
+    code: str
     mass_fraction: float
     mass: float
+    onset: float
     acceleration: float
     displacement: float
     complete: bool
@@ -47,9 +85,9 @@ class KinematicCheck:
     secant: float
     secant_acceleration: float
     period: float
-    demand_acceleration: float
+    demand_acceleration: float | None
     demand_displacement: float
-    linear: bool
+    linear: bool | None
     non_linear: bool
     rests_on: str
 
@@ -60,13 +98,19 @@ class KinematicCheck:
         return asdict(self)
 
     def __str__(self) -> str:
-        linear = "holds" if self.linear else "does not hold"
+        linear = f"a_0 = {self.onset:.4f} g, a*_0 = {self.acceleration:.4f} g"
+        if self.demand_acceleration is None:
+            linear += ": the code has no linear check in this limit state"
+        else:
+            verdict = "holds" if self.linear else "does not hold"
+            linear += f" against {self.demand_acceleration:.4f} g: {verdict}"
         non_linear = "holds" if self.non_linear else "does not hold"
         short = "" if self.complete else " (the curve ends before λ = 0, so the true d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
+            "check": self.code,
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
-            "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: {linear}",
+            "linear": linear,
             "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
             "rests on": f"{self.rests_on}; if a lower λ exists, the linear or non-linear check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
@@ -74,12 +118,46 @@ class KinematicCheck:
         return labelled(lines)
 
 
+@dataclass(frozen=True)
+class Activation:
+    """Accelerations at which an earthquake activates a mechanism, after NTC 2008 and NTC 2018."""
+
+    mass_fraction: float  #: participating mass fraction e* of the blocks that move
+    acceleration: float  #: acceleration a_0 of the masses, in g
+    spectral: float  #: spectral acceleration a*_0 = a_0 / (e* FC), in g, with FC = 1.35
+
+    def __str__(self) -> str:
+        spectral = f"a*_0 = {self.spectral:.4f} g (FC = {CONFIDENCE_FACTOR:g})"
+        return f"a_0 = {self.acceleration:.4f} g; e* = {self.mass_fraction:.4f}; {spectral}"
+
+
+def activation(result: Result) -> Activation | None:
+    """Return the accelerations at which an earthquake activates the mechanism of a result.
+
+    The masses of a block act at the point of their resultant. The value is None if the live load is not a
+    horizontal earthquake, or the result has no load factor or mechanism.
+    """
+    quake, d = result.assembly.scene.shaken_by, result.solution.d
+    if quake is None or quake.vertical or result.load_factor is None or d is None:
+        return None
+    problem, moves = result.assembly.problem, moving_blocks(result.assembly, d)
+    sizes = problem.force_sizes(problem.live)[moves]
+    work = (problem.by_block(problem.live) * problem.by_block(d)).sum(axis=1)[moves]
+    loaded = sizes > 0
+    first, second = float(work.sum()), float((work[loaded] ** 2 / sizes[loaded]).sum())
+    if not second > 0:
+        return None
+    fraction = first**2 / (float(sizes.sum()) * second)
+    acceleration = result.load_factor * quake.coefficient
+    return Activation(fraction, acceleration, acceleration / (fraction * CONFIDENCE_FACTOR))
+
+
 def kinematic_check(
     onset: tuple[np.ndarray, np.ndarray, float],
     curve: np.ndarray,
     complete: bool,
     spectrum: Sequence[tuple[float, float]],
-    values: Mapping[str, float],
+    values: Mapping[str, float | str],
     rests_on: str,
 ) -> KinematicCheck:
     """Make the linear and the non-linear kinematic check of a capacity curve.
@@ -98,24 +176,26 @@ def kinematic_check(
     OptionError
         If a number or the spectrum is wrong, or the spectrum ends before the secant period.
     """
-    _check_values(values)
+    code, rules, numbers = _rules(values)
     periods, accelerations = _spectrum(spectrum)
     weights, rates, control_rate = onset
     first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
-    fraction, g = first**2 / (total * second), values["gravity"]
+    fraction, g = first**2 / (total * second), numbers["gravity"]
     d = curve[:, 0] * (second / (control_rate * first))
-    a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
-    ultimate = float(values["ultimate"] * d[-1])
-    secant = values["secant"] * ultimate
+    a = curve[:, 1] / (fraction * numbers["confidence_factor"])  # a* = λ g / (e* FC)
+    ultimate = rules.ultimate * float(d[-1])
+    secant = rules.secant * ultimate
     at_secant = _least_at(secant, d, a)
-    period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
+    period = rules.period * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
     if period > periods[-1]:
         raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: extend it")
-    demand_displacement = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
-    demand_acceleration = float(accelerations[0]) / values["behaviour_factor"]
+    demand = _spectral_displacement(periods, accelerations, period, rules.is_largest_demand) * g
+    limit = float(accelerations[0]) / numbers["behaviour_factor"] if rules.has_linear else None
     return KinematicCheck(
+        code=code,
         mass_fraction=fraction,
         mass=fraction * total / g,
+        onset=float(curve[0, 1]),
         acceleration=float(a[0]),
         displacement=float(d[-1]),
         complete=complete,
@@ -123,12 +203,48 @@ def kinematic_check(
         secant=secant,
         secant_acceleration=at_secant,
         period=period,
-        demand_acceleration=demand_acceleration,
-        demand_displacement=demand_displacement,
-        linear=bool(a[0] >= demand_acceleration),
-        non_linear=bool(ultimate >= demand_displacement),
+        demand_acceleration=limit,
+        demand_displacement=demand,
+        linear=None if limit is None else bool(a[0] >= limit),
+        non_linear=bool(ultimate >= demand),
         rests_on=rests_on,
     )
+
+
+def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
+    """Return the name and the rules of a code, with shares that the user gives, and all other numbers.
+
+    Raises OptionError if the code is unknown, or a number is wrong.
+    """
+    numbers = {name: value for name, value in values.items() if name != "code" and value is not None}
+    code = values["code"]
+    if code not in CODES:
+        raise OptionError(f"unknown code {code!r}: choose from {', '.join(map(repr, CODES))}")
+    _check_values(numbers)
+    shares = {name: numbers.pop(name) for name in ("ultimate", "secant") if name in numbers}
+    return code, replace(CODES[code], **shares), numbers
+
+
+def _spectral_displacement(
+    periods: np.ndarray, accelerations: np.ndarray, period: float, is_largest: bool
+) -> float:
+    """Return the spectral displacement S_e(T) (T / 2π)² at a period T, in units of g s².
+
+    If ``is_largest`` is True, the largest displacement of all periods up to T is returned. The spectral
+    acceleration is linear between the given periods.
+    """
+    at = np.array([period])
+    if is_largest:
+        slope = np.diff(accelerations) / np.diff(periods)
+        # With S = S₀ + k (T − T₀), the derivative of S T² vanishes at T = −2 (S₀ − k T₀) / (3 k).
+        falling = slope < 0
+        constant = (accelerations[:-1] - slope * periods[:-1])[falling]
+        inner = -2 * constant / (3 * slope[falling])
+        within = (periods[:-1][falling] <= inner) & (inner <= periods[1:][falling])
+        candidates = np.concatenate([periods, inner[within]])
+        at = np.append(candidates[candidates < period], period)
+    displacements = np.interp(at, periods, accelerations) * (at / (2 * math.pi)) ** 2
+    return float(displacements.max())
 
 
 def _check_values(values: Mapping[str, float]) -> None:
@@ -137,7 +253,7 @@ def _check_values(values: Mapping[str, float]) -> None:
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a finite number above zero (found {value!r})")
     for name in ("ultimate", "secant"):
-        if values[name] > 1:
+        if values.get(name, 0.0) > 1:
             raise OptionError(f"{name} must be at most 1, as a share (found {values[name]!r})")
 
 

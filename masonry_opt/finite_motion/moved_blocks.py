@@ -11,13 +11,15 @@ import shapely
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.displaced import displaced, moved, placed, turned
 from masonry_opt.problem.laws import Law
 from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.rows import dots, linked
+from masonry_opt.scene.rows import linked
 from masonry_opt.solution.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
@@ -31,42 +33,6 @@ _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
 _OPENING_TOLERANCE = 1e-6
 #: Friction coefficient above which a joint has no yield condition for sliding.
 _UNLIMITED_FRICTION = 1e9
-
-
-def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return the positions of points after poses: a rotation about the origin, then a translation.
-
-    Parameters
-    ----------
-    points: Positions at rest, shape (..., 2), in space (..., 3).
-    poses: (x, y, θ), shape (..., 3); in space a translation and a rotation vector, shape (..., 6).
-    """
-    return turned(points, poses) + poses[..., : points.shape[-1]]
-
-
-def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return vectors rotated by poses; in space by Rodrigues' formula.
-
-    Arrays have the shapes of ``placed``.
-    """
-    if vectors.shape[-1] == 3:
-        angle = np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
-        axis = poses[..., 3:] / np.where(angle > 0, angle, 1.0)
-        across, along = np.cross(axis, vectors), (axis * vectors).sum(axis=-1, keepdims=True) * axis
-        return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * across)
-    cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-
-
-def moved(forces: Forces, poses: np.ndarray) -> Forces:
-    """Return forces whose points of action are moved by poses of the movable blocks.
-
-    Poses have shape (b, 3), in space (b, 6).
-
-    The directions and sizes of the forces do not change.
-    """
-    return replace(forces, point=placed(forces.point, poses[forces.block]))
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
@@ -108,24 +74,6 @@ def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
     force = np.hypot(*edge) * _SIMPSON_WEIGHTS[:, None] * intensity
     block = np.full(3, np.searchsorted(assembly.movable, piece.block))
     return Forces(block, force, piece.ends[0] + np.outer(_SIMPSON_POINTS, edge), np.zeros(0))
-
-
-def displaced(shapes: Any, poses: np.ndarray) -> Any:
-    """Return the geometry of the blocks, plane or solid, displaced by poses of all blocks."""
-    centroid = placed(shapes.centroid, poses)
-    if isinstance(shapes, Geometry):
-        corners, block = shapes.corners
-        polygons = shapely.set_coordinates(shapes.polygons.copy(), placed(corners, poses[block]))
-        return replace(shapes, polygons=polygons, centroid=centroid)
-    parts, faces, frame = shapes.parts, shapes.faces, shapes.faces.frame
-    blocks = parts.block[parts.of_point], parts.block[parts.of_plane], faces.block
-    of_point, of_plane, of_face = (poses[own] for own in blocks)
-    normal = turned(parts.normal, of_plane)
-    offset = parts.offset + dots(normal, of_plane[:, :3])
-    axes = {name: turned(getattr(frame, name), of_face) for name in ("u", "v", "normal")}
-    frame = replace(frame, base=placed(frame.base, of_face), **axes)
-    parts = replace(parts, points=placed(parts.points, of_point), normal=normal, offset=offset)
-    return replace(shapes, parts=parts, faces=replace(faces, frame=frame), centroid=centroid)
 
 
 def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
@@ -268,13 +216,25 @@ class MovedBlocks:
         if solution is None:
             return None
         value, d, q = solution
-        size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
-        pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
+        pressed = np.zeros(len(touch), dtype=bool)
+        pressed[touch.any(axis=1)] = _pressed(problem, q)
+        return ForceOptimum(value, self._motion(problem, d, poses), pressed)
+
+    def state_of(self, result: Result) -> ForceOptimum:
+        """Return the load factor, the mechanism and the pressed joints of a result of the blocks at rest."""
+        problem, solution = result.assembly.problem, result.solution
+        assert solution.d is not None
+        assert solution.q is not None
+        motion = self._motion(problem, solution.d, np.zeros((len(self.geometry.size), 3)))
+        return ForceOptimum(result.required(), motion, _pressed(problem, solution.q))
+
+    def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
+        """Return the rates of the poses of all blocks, shape (blocks, 3), from velocities d (3b,)."""
         # Convert the velocities of the blocks' centroids to velocities of the block points at the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
-        return ForceOptimum(value, motion, pressed)
+        return motion
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
         """Return the number of the rigid body of each block, shape (blocks,); the ground is the last body.
@@ -323,7 +283,8 @@ class MovedBlocks:
         The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
         of the speed of the fastest corner, as in :func:`~masonry_opt.solution.motion.joint_motion`, and if it
         carries a force or does not open. A corner that slips less, as on surveyed blocks, still touches
-        unless it opens by more than friction times its slip.
+        unless it opens by more than friction times its slip. A joint without force that slips
+        separates: no friction resists its motion.
         """
         opening, slip = self.relative(poses, optimum.motion)
         speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0
@@ -333,7 +294,14 @@ class MovedBlocks:
         slips = touch & (np.abs(slip) > SLIDES * speed)
         stays = touch & ~lifts & ~slips
         slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & optimum.pressed)
-        return stays, slides
+        is_free = slips.any(axis=1) & ~optimum.pressed
+        return stays & ~is_free[:, None], slides & ~is_free
+
+
+def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
+    """Return True for the joints of a problem that carry a force, shape (joints,)."""
+    size = np.abs(problem.by_kind(q)).max(axis=0)
+    return np.asarray(size > IDLE * size.max(initial=0.0))
 
 
 def least_missed(

@@ -12,7 +12,8 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping, placed, turned
+from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping
+from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots
@@ -261,20 +262,35 @@ class HingingPath:
         self.motion = self.motion * units
 
     def _onset(self, result: Result) -> None:
-        """Find the mechanism at the onset by associative limit analysis of the scene at rest.
+        """Find the mechanism at the onset.
 
-        The path ends at once if the associative λ differs from the result's λ: then joints slide, but a
-        finite motion is defined for hinging mechanisms only.
+        The mechanism is that of associative limit analysis of the scene at rest if the result has the
+        associative λ. Otherwise the mechanism is that of the result. The path ends at once if joints that
+        carry a force slide in the result: a finite motion is defined for hinging mechanisms only.
         """
         first = self.steps[0]
         optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
         if optimum is None or not same(self.unit * optimum.value, first.load_factor):
-            slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
-            associative = None if optimum is None else self.unit * optimum.value
-            pairs = self.assembly.pairs(slides)
-            raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
+            state = self.blocks.state_of(result)
+            slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides & state.pressed)
+            if len(slides) or not self._can_move(state):
+                associative = None if optimum is None else self.unit * optimum.value
+                pairs = self.assembly.pairs(slides)
+                raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
+            optimum = state
         self.steps = [replace(first, touch=self._opened(first.touch, first.poses, optimum))]
         self.motion = optimum.motion
+
+    def _can_move(self, state: ForceOptimum) -> bool:
+        """Return True if the hinges of a mechanism leave a motion when they do not slip at all.
+
+        A small slip, below the threshold at which a joint slides, may be necessary for the motion.
+        """
+        first = self.steps[0]
+        touch, _ = self.blocks.after(first.touch, first.poses, state)
+        chain = Chain(self.blocks, touch)
+        motions = map(chain.of_blocks, chain.tangents(chain.start(first.poses)))
+        return any(self.blocks.fastest(first.poses, motion) > _LEAST_SPEED for motion in motions)
 
     def _follow(self) -> None:
         """Follow one stretch after another, each up to its event, until an event ends the path."""

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.errors import CaseError
+from masonry_opt.problem.displaced import moved
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, struts
-from masonry_opt.problem.loads import LoadedPiece, by_component, loaded_pieces, loads, resultants
+from masonry_opt.problem.loads import LoadedPiece, Loads, by_component, loaded_pieces, loads, resultants
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.names import ProblemNames, labels_of, legal_name
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.settled import SettledState
 from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
@@ -44,6 +46,7 @@ class Assembly:
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
     limited: tuple[LimitedForce, ...] = ()  #: the limited forces, in the order of their columns of B
+    at_rest: "Assembly | None" = None  #: assembly before the settlement, if supports have settled
 
     def __repr__(self) -> str:
         sizes = repr(self.problem).removeprefix("<Problem of ")
@@ -126,20 +129,23 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """
     shapes = shapes_of(scene)
     joints = find_joints(scene, shapes, floating=floating)
-    return _assembled(scene, shapes, joints, filled_pieces(scene, shapes))
+    assembly = _assembled(scene, shapes, joints, filled_pieces(scene, shapes))
+    return assembly if scene.settled is None else _settled(assembly, scene.settled)
 
 
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     """Return the assembly of a changed scene that reuses the matrices of a given assembly.
 
     The scene may differ from that of the given assembly only in loads and joint properties. The result is
-    None if anything else differs.
+    None if anything else differs, or if supports of the scene have settled.
 
     Raises
     ------
     CaseError
         As :func:`assemble` does.
     """
+    if scene.settled is not None or assembly.at_rest is not None:
+        return None
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _MATRIX_KEYS):
         return None
     joints, before = assembly.joints, assembly.problem
@@ -166,10 +172,37 @@ def _assembled(
         length_unit = _length_unit(joints, shapes, movable)
         matrices = Matrices.of(joints, shapes, movable, length_unit, limited)
     further_loads = resultants(shapes, pieces), fill_forces(scene, shapes, filled)
-    dead, live, force_unit = _scaled_loads(scene, shapes, movable, matrices, *further_loads)
+    block_loads = loads(scene, shapes, movable)
+    dead, live, force_unit = _scaled_loads(scene, block_loads, shapes, movable, matrices, *further_loads)
     law = _law(scene, joints, limited, force_unit)
     problem = Problem(matrices, law, dead, live, force_unit)
     return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited)
+
+
+def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
+    """Return the assembly of a scene after a settlement, from its assembly before the settlement."""
+    scene, movable, before = at_rest.scene, at_rest.movable, at_rest.problem
+    joints = state.joints_of(scene, at_rest.joints)
+    shapes = state.geometry(at_rest.geometry)
+    pieces, filled = state.pieces(at_rest.loaded_pieces), state.pieces(at_rest.filled_pieces)
+    limited = (*state.struts(at_rest.limited), *pressures(scene, filled))
+    matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)
+    parts = loads(scene, at_rest.geometry, movable)
+    poses = state.poses[movable]
+    block_loads = Loads(*(moved(forces, poses) for forces in (parts.weight, parts.dead, parts.live)))
+    further_loads = resultants(shapes, pieces), fill_forces(scene, shapes, filled)
+    dead, live, force_unit = _scaled_loads(scene, block_loads, shapes, movable, matrices, *further_loads)
+    law = _law(scene, joints, limited, force_unit)
+    problem = Problem(matrices, law, dead, live, force_unit)
+    if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
+        of_limited = state.limited
+        # Level edges below a fill are inclined after the settlement, and then carry a small pressure.
+        if len(of_limited) != len(limited):
+            of_limited = problem.lowest_forces[len(state.forces) :]
+        problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))
+    return Assembly(
+        problem, scene, shapes, joints, movable, at_rest.bare_edge_loads, pieces, filled, limited, at_rest
+    )
 
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
@@ -186,14 +219,18 @@ def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
 
 
 def _scaled_loads(
-    scene: Scene, shapes: Extents, movable: np.ndarray, matrices: Matrices, *further: Mapping[str, np.ndarray]
+    scene: Scene,
+    block_loads: Loads,
+    shapes: Extents,
+    movable: np.ndarray,
+    matrices: Matrices,
+    *further: Mapping[str, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the dimensionless dead load and live load, shape (3b,) each, and the unit of force.
 
     The unit of force is the median dead load of a block, or the median live load if there is no dead load.
     ``further`` are loads on all of the scene's blocks, by kind.
     """
-    block_loads = loads(scene, shapes, movable)
     centroid = shapes.centroid[movable]
     dead = block_loads.dead.about(centroid) + block_loads.weight.about(centroid)
     live = block_loads.live.about(centroid)

@@ -72,6 +72,8 @@ class Scene(SceneKeys):
     _origin: str = "scene"
     _case: SceneKeys | None = None
     _load_case: LoadCase | None = None
+    #: State after a settlement (see ``problem/settled.py``); None if no support has settled.
+    _settled: Any = None
 
     def _mistakes(self) -> Iterator[str]:
         return inconsistencies(self)
@@ -130,14 +132,15 @@ class Scene(SceneKeys):
     def replace(self, **changes: Any) -> Self:
         """Return a copy of the scene with changed values, which are checked like new ones.
 
-        The new scene has the same origin and is in the same load case. A mapping changes only the keys of a
-        record, or the records of a list, that it names: ``scene.replace(joints={"friction": 0.3},
+        The new scene has the same origin, load case and settlement of supports. A mapping changes only the
+        keys of a record, or the records of a list, that it names: ``scene.replace(joints={"friction": 0.3},
         blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
         record of the scene has it: ``scene.replace(friction=0.3)``.
 
         Raises CaseError if a key is unknown or ambiguous, or if a call with these values would.
         """
-        return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
+        scene = super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
+        return scene if self.settled is None else scene.settled_as(self.settled)
 
     def in_case(self, name: str) -> Self:
         """Return the scene with the loads of one of its load cases, given by name.
@@ -178,6 +181,17 @@ class Scene(SceneKeys):
     def load_case(self) -> LoadCase | None:
         """Return the selected load case; None if loads act without factors."""
         return self._load_case
+
+    @property
+    def settled(self) -> Any:
+        """Return the state after the settlement of supports; None if no support has settled."""
+        return self._settled
+
+    def settled_as(self, state: Any) -> Self:
+        """Return the scene in a state after a settlement (see ``problem/settled.py``)."""
+        scene = self.model_copy()
+        scene._settled = state
+        return scene
 
     @property
     def shaken_by(self) -> Earthquake | None:
@@ -267,8 +281,12 @@ class Scene(SceneKeys):
 
     @property
     def called(self) -> str:
-        """Return the name of the scene in results: its case file, else its title, else ``"scene"``."""
-        return self._origin if self._origin != "scene" else self.title or "scene"
+        """Return the name of the scene in results: its case file, else its title, else ``"scene"``.
+
+        The movements of settled supports follow the name.
+        """
+        name = self._origin if self._origin != "scene" else self.title or "scene"
+        return name if self.settled is None else f"{name}, settled: {self.settled}"
 
     @property
     def case(self) -> SceneKeys | None:
@@ -287,4 +305,5 @@ class Scene(SceneKeys):
     def __eq__(self, other: object) -> bool:
         """Return True if the scenes have equal keys and load cases; their files do not matter."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
+        same = same and self.settled is other.settled  # type: ignore[attr-defined]
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

@@ -9,6 +9,7 @@ from scenes import block_on_floor, on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
+from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.scene.blocks import rectangle
 
 SPECTRUM = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (4.0, 0.03125)]
@@ -59,6 +60,76 @@ def test_the_mass_that_takes_part_and_the_oscillator():
     assert other.displacement == pytest.approx(upper.displacement * 10 / 12)
 
 
+def test_the_check_of_2018_of_a_rocking_block():
+    """C8.7.1.2.1.6 to 8: d_SLV = 0.4 d_0 and d_SLC = 0.6 d_0; T = 1.68 π √(d/a) and 1.56 π √(d/a) there."""
+    b, h, g, FC = 0.6, 3.0, 9.81, 1.35
+    curve = rocking(b, h, steps=60)
+    spectrum = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (9.0, 0.03)]
+    for state, share, factor in (("SLV", 0.4, 1.68), ("SLC", 0.6, 1.56)):
+        check = curve.check(spectrum, code=f"NTC 2018 {state}")
+        limit = share * b / 2
+        assert (check.ultimate, check.secant) == pytest.approx((limit, limit))
+        left = b / 2 - limit
+        at_limit = left / math.sqrt((b / 2) ** 2 + (h / 2) ** 2 - left**2) / FC
+        assert check.secant_acceleration == pytest.approx(at_limit, rel=1e-5)
+        period = factor * math.pi * math.sqrt(limit / (at_limit * g))
+        assert check.period == pytest.approx(period, rel=1e-5)
+        spectral = np.interp(period, *np.transpose(spectrum))
+        assert check.demand_displacement == pytest.approx(
+            spectral * g * (period / 2 / math.pi) ** 2, rel=1e-5
+        )
+        assert (check.onset, check.acceleration) == pytest.approx((b / h, b / h / FC))
+        linear = (0.1, True) if state == "SLV" else (None, None)
+        assert (check.demand_acceleration, check.linear) == linear
+        assert f"NTC 2018 {state}" in str(check)
+
+
+def test_the_demand_of_2018_is_the_largest_of_all_shorter_periods():
+    """Of 1 g at 1 s, falling to 0.2 g at 1.6 s: S T² is largest where 3 T = 2 · 1.75, at T = 1.1667 s, with
+    S = 1 − 0.1667/0.6 · 0.8 = 0.7778 g."""
+    spectrum = [(0.0, 0.2), (1.0, 1.0), (1.6, 0.2), (9.0, 0.01)]
+    check = rocking(0.6, 3.0, steps=60).check(spectrum, code="NTC 2018 SLV")
+    assert check.period > 1.6
+    expected = 0.777778 * 9.81 * (1.166667 / (2 * math.pi)) ** 2
+    assert check.demand_displacement == pytest.approx(expected, rel=1e-5)
+    of_2008 = rocking(0.6, 3.0, steps=60).check(spectrum, ultimate=0.4, secant=1.0)
+    assert of_2008.demand_displacement < expected
+
+
+def test_masses_at_rest_do_not_take_part():
+    """Right block overturns, the left one is four times as wide and rests: e* is that of one block, 1."""
+    blocks = [
+        mo.Block(name=name, vertices=rectangle(*ends, 0, 2), unit_weight=1, live_per_weight=(1, 0))
+        for name, ends in (("wide", (-4, 0)), ("slim", (1, 2)))
+    ]
+    curve = mo.capacity(mo.solve(on_floor(*blocks, friction=2.0), "static"))
+    check = curve.check([(0, 0.1), (9, 0.1)])
+    assert check.mass_fraction == pytest.approx(1)
+    assert check.mass == pytest.approx(2 / 9.81)
+    assert check.acceleration == pytest.approx(0.5 / 1.35)
+    assert check.displacement == pytest.approx(0.5)
+
+
+def test_accelerations_of_earthquakes_from_all_sides():
+    """Two equal masses at h/4 and 3h/4 above the toe: λ = b/h, e* = (1 + 3)²/(2 (1 + 9)) = 0.8."""
+    h = 4.0
+    masses = [
+        mo.Block(name=str(k), vertices=rectangle(0, 0.5, y, y + h / 2), weight=2)
+        for k, y in enumerate((0, 2))
+    ]
+    scene = on_floor(*masses, friction=2.0)
+    table = mo.directions(scene, "static").table
+    for row in table[["a_0", "mass_fraction", "a_star_0"]].to_numpy():
+        np.testing.assert_allclose(row, [0.125, 0.8, 0.125 / 0.8 / 1.35], rtol=1e-6)
+    tilted = mo.directions(scene, "static", vertical=0.3)
+    assert tilted.table["a_star_0"].isna().all()
+    assert tilted.as_dict()["directions"][0]["a_0"] is None
+    tenth = scene.replace(earthquake={"direction": "right", "coefficient": 0.1})
+    activated = activation(mo.solve(tenth, "static"))
+    assert (activated.acceleration, activated.mass_fraction) == pytest.approx((0.125, 0.8), rel=1e-6)
+    assert activation(mo.solve(block_on_floor(friction=3.0), "static")) is None
+
+
 @pytest.mark.parametrize("part", [{"coefficient": 0.15}, {"vertical": 0.3}])
 def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
     """Its forces are not the weights of the masses: M* and a*_0 would be wrong."""
@@ -89,6 +160,8 @@ def test_wrong_spectra_and_values_are_refused():
     for spectrum, shares in (([(0, 1), (0.01, 1)], {}), (SPECTRUM, {"ultimate": 1.0, "secant": 1.0})):
         with pytest.raises(OptionError, match="the spectrum ends at"):
             curve.check(spectrum, **shares)
+    with pytest.raises(OptionError, match="unknown code 'NTC 2018': choose from 'NTC 2008', 'NTC 2018 SLV'"):
+        curve.check(SPECTRUM, code="NTC 2018")
     for name, value in {"gravity": 0, "ultimate": 1.1, "behaviour_factor": "2"}.items():
         with pytest.raises(OptionError, match=name):
             curve.check(SPECTRUM, **{name: value})

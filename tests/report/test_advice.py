@@ -46,7 +46,7 @@ def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
 
 def test_a_capacity_curve_needs_a_scene_without_ties(command):
     error = command.refused("capacity", TIED, "--method", "static")
-    assert "omit [[tie]], or compute only the load factor with 'solve'" in error
+    assert "omit [[tie]] 'rod', or compute only the load factor with 'solve'" in error
     assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
     command("solve", TIED, "--method", "static")
 

@@ -12,6 +12,7 @@ import numpy as np
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError
+from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
@@ -35,6 +36,7 @@ def crossing(
     *,
     method: str = DEFAULT,
     load_case: str | None = None,
+    settled: Movements | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -63,6 +65,8 @@ def crossing(
         incremental load factor is that of the worst position alone.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
+    settled: Movement of supports before the axles cross, by name, as of
+        :func:`~masonry_opt.analysis.solve`.
     progress: Function called with each solved position and its load factor (NaN without one).
     phases: Function called with a few words as each phase of the first solve begins: "finding joints", ...
 
@@ -84,7 +88,7 @@ def crossing(
     session = prepare(method, **options)
     scene = as_scene(scene, load_case)
     scene.in_plane()  # raises OptionError for solids
-    ways, left_out = _passages(scene, axles)
+    ways, left_out = _passages(scene, axles, settled)
     cases = tuple(passage.case for passage in ways[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
     effort = Effort()
@@ -189,7 +193,9 @@ def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
+def _passages(
+    scene: Scene, axles: _AxlesArgument, settled: Movements | None = None
+) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
     """Return the passages, and the names of the load cases without axles.
 
     The passages are lists: one list for each group and direction, with one passage for each load case.
@@ -207,6 +213,7 @@ def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Pas
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
         raise CaseError(f"{scene.origin}: load case {named}: give one of them 'live = {{ axles = 1 }}'")
+    crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []

@@ -110,10 +110,12 @@ class Passage:
             _, low, _, high = shapes.polygons[block].bounds
             line = shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
             section = shapely.intersection(shapes.polygons[block], line)
-            point = np.array([x, high if section.is_empty else section.bounds[3]]) + shapes.origin
-            target = {"block": scene.blocks[block].name, "at": tuple(map(float, point))}
+            point = np.array([x, high if section.is_empty else section.bounds[3]])
+            if scene.settled is not None:
+                point = scene.settled.at_rest(block, point)
+            target = {"block": scene.blocks[block].name, "at": tuple(map(float, point + shapes.origin))}
             loads.append(Load(**target, live=(0.0, float(down)), group=group))
-        return scene.replace(**fields).read_from(scene.called).with_load_case(case)
+        return scene.replace(**fields).read_from(scene.origin).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
         """Return ranges of positions, from left to right, within which loads on blocks are continuous.

@@ -17,6 +17,8 @@ from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.finite_motion.kinematic_check import activation
+from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
@@ -34,6 +36,8 @@ _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
 _MOST_LETTERS = 24  #: Largest length of a name next to a bar, in letters.
 #: Columns of the table that hold attributes of the results.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
+#: Columns of the accelerations that activate a mechanism, in the table of earthquakes from all sides.
+_ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
 #: Relative difference from λ above which other load factors are drawn.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle between neighbouring directions in plan, in degrees.
@@ -69,6 +73,10 @@ class Cases(StudyAnswer):
         """Return the table columns that identify a result: load case and live load."""
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
+    def _further(self, result: Result) -> dict[str, Any]:
+        """Return values of further columns of the table; none for load cases."""
+        return {}
+
     @property
     def table(self) -> pd.DataFrame:
         """Table with one row for each load case.
@@ -77,11 +85,15 @@ class Cases(StudyAnswer):
         one), ``status``, ``incremental``, ``associative`` and ``exact``.
         """
         rows = [
-            self._identity(result) | {name: getattr(result, name) for name in LOAD_CASE_COLUMNS}
+            self._identity(result)
+            | {name: getattr(result, name) for name in LOAD_CASE_COLUMNS}
+            | self._further(result)
             for result in self.results.values()
         ]
         numbers = dict.fromkeys(("load_factor", "incremental", "associative"), "float64")
-        return pd.DataFrame(rows).astype(numbers | {"status": "str"})
+        frame = pd.DataFrame(rows)
+        numbers |= {name: "float64" for name in _ACTIVATION_COLUMNS if name in frame}
+        return frame.astype(numbers | {"status": "str"})
 
     told = table
 
@@ -192,8 +204,10 @@ class Cases(StudyAnswer):
 class Directions(Cases):
     """Results of a scene for earthquakes from all sides; load factors are seismic coefficients.
 
-    The table has the columns ``direction`` and ``vertical`` in place of ``load_case`` and ``live``. Other
-    attributes are those of :class:`Cases`.
+    The table has the columns ``direction`` and ``vertical`` in place of ``load_case`` and ``live``. Further
+    columns are the acceleration ``a_0`` of the masses that activates the mechanism, in g, the participating
+    ``mass_fraction`` e*, and the spectral acceleration ``a_star_0`` = a_0 / (e* FC), in g, with FC = 1.35.
+    These columns are NaN with a vertical push. Other attributes are those of :class:`Cases`.
 
     Attributes
     ----------
@@ -206,6 +220,14 @@ class Directions(Cases):
     def _identity(self, result: Result) -> dict[str, Any]:
         """Return the table columns that identify a result: ``direction`` and ``vertical``."""
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
+
+    def _further(self, result: Result) -> dict[str, Any]:
+        """Return the accelerations that activate the mechanism of a result."""
+        activated = activation(result)
+        if activated is None:
+            return dict.fromkeys(_ACTIVATION_COLUMNS)
+        values = (activated.acceleration, activated.mass_fraction, activated.spectral)
+        return dict(zip(_ACTIVATION_COLUMNS, values, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table, with messages, as plain numbers and strings; NaN is None."""
@@ -267,6 +289,7 @@ def solve_cases(
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
+    settled: Movements | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -275,8 +298,9 @@ def solve_cases(
 
     Parameters
     ----------
-    scene, method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver,
-        ... too. The text that ``phases`` is called with begins with the name of the load case.
+    scene, method, settled, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model,
+        solver, ... too. The supports settle under the dead loads of each load case. The text that ``phases``
+        is called with begins with the name of the load case.
 
     Returns
     -------
@@ -296,7 +320,8 @@ def solve_cases(
     moving = [case.name for case in base.load_cases if case.moves]
     # If axles move in all load cases, solving the first load case raises an error with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
-    results = solve_all({name: base.in_case(name) for name in solved}, method, progress, phases, **options)
+    scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
+    results = solve_all(scenes, method, progress, phases, **options)
     return Cases(results, tuple(moving))
 
 

@@ -25,6 +25,7 @@ from masonry_opt.drawing.pictures import result_picture, scene_picture
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.finite_motion.capacity import Capacity
+from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.reporting.load_factors import certainty, known_least, named_factor
 from masonry_opt.reporting.page import RESIDUAL_MEANINGS
@@ -176,6 +177,7 @@ def _part(answer: object) -> ReportPart:
 @_part.register
 def _(answer: Result) -> ReportPart:
     is_question = not answer.assembly.problem.live_norm
+    activated = activation(answer)
     return ReportPart(
         heading="Stability" if is_question else _of_case("Collapse", answer),
         says=answer_line(answer) if is_question else named_factor(answer),
@@ -183,6 +185,7 @@ def _(answer: Result) -> ReportPart:
         printed_in_full={f"method {answer.method}": answer},
         left_open=[_LEFT_OPEN_WITHOUT_LIVE_LOAD] if answer.stability else [],
         pushed=not is_question,
+        facts={} if activated is None else {"earthquake": str(activated)},
     )
 
 

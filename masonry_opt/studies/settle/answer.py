@@ -6,7 +6,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from masonry_opt.brief import brief
@@ -29,10 +28,10 @@ from masonry_opt.reporting.load_factors import (
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result, distinct_warnings
-from masonry_opt.solution.frames import unsigned
-from masonry_opt.solution.motion import fastest, joint_motion, moving_names
+from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.studies.settle.openings import joint_openings, largest_movement
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
@@ -58,12 +57,14 @@ class Bound:
     with_associative: Result with associative flow; ``result`` itself if the chosen method is associative.
     start: Reaction at λ = 0.
     per_load_factor: Change of the reaction per unit of λ.
+    movement: Movement of the supports, in the unit of length, at which openings are given too; or None.
     """
 
     result: Result
     with_associative: Result = field(repr=False)
     start: float = field(repr=False)
     per_load_factor: float = field(repr=False)
+    movement: float | None = None
 
     __repr__ = brief
 
@@ -128,9 +129,26 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """Table of opening and sliding joints in the first result with a mechanism."""
+        """Table of opening and sliding joints in the first result with a mechanism.
+
+        With a movement of the supports, two columns have the opening and sliding at this movement.
+        """
+        table = joint_openings(self._with_mechanism)
+        if self.movement is not None:
+            for name in ("opening", "sliding"):
+                table[f"{name}_at_movement"] = self.movement * table[name]
+        return table
+
+    @property
+    def _with_mechanism(self) -> Result:
+        """First result with a mechanism; without any, the result of the chosen method."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
-        return _joint_openings(next(with_mechanism, self.result))
+        return next(with_mechanism, self.result)
+
+    @property
+    def largest_movement(self) -> float:
+        """Movement of the supports up to which the openings of small motions are accurate."""
+        return largest_movement(self._with_mechanism)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
@@ -219,6 +237,11 @@ class Settlement(StudyAnswer):
         return {name: end for name, end in ends.items() if end is not None}
 
     @property
+    def movement(self) -> float | None:
+        """Movement of the supports at which openings are given in units of length; None if none was given."""
+        return self.least.movement if self.least else None
+
+    @property
     def status(self) -> Status:
         """Status STABLE if the scene is stable with some reaction; otherwise the status of ``fallen``."""
         return self.fallen.status if self.fallen else Status.STABLE
@@ -248,7 +271,8 @@ class Settlement(StudyAnswer):
 
         The columns are ``joint`` (its row in the result's ``joints``), ``first``, ``second``, the point
         ``x``, ``y`` (``z``) that opens most, ``opening`` at this point, and ``sliding``. Both are per unit
-        that the support moves, in a small motion: mm per mm.
+        that the support moves, in a small motion: mm per mm. If a movement was given to ``settle``, the
+        columns ``opening_at_movement`` and ``sliding_at_movement`` are at this movement, in units of length.
         """
         return self.least.openings if self.least else pd.DataFrame()
 
@@ -295,15 +319,19 @@ class Settlement(StudyAnswer):
         facts |= {name: _words(end) for name, end in self.ends.items()}
         openings = self.openings
         if len(openings):
-            widths = openings[["opening", "sliding"]].max(axis=1)
+            movement = 1.0 if self.movement is None else self.movement
+            widths = movement * openings[["opening", "sliding"]].max(axis=1)
             joints = zip(openings["first"], openings["second"], widths, strict=True)
             listed = [f"'{first}'–'{second}' {numeral(width, '.3g')}" for first, second, width in joints]
-            facts["openings"] = f"per unit of the support's movement, at the least reaction: {some(listed)}"
+            of = "per unit of the support's movement"
+            if self.movement is not None:
+                of = f"after a movement of {numeral(self.movement, '.6g')}, in the length unit of the case"
+            facts["openings"] = f"{of}, at the least reaction: {some(listed)}"
         return facts
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as plain numbers, strings, lists and dictionaries."""
-        names = ("case", "supports", "direction", "turns", "method", "at_rest")
+        names = ("case", "supports", "direction", "turns", "method", "movement", "at_rest")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {"status": str(self.status), "usable": self.usable}
         for name, end in (("least", self.least), ("greatest", self.greatest)):
@@ -398,38 +426,12 @@ def _moving(result: Result) -> list[str]:
     return moving_names(result.assembly, answer.d) if answer else []
 
 
-def _joint_openings(result: Result) -> pd.DataFrame:
-    """Return the table of opening and sliding joints in the mechanism of a result."""
-    assembly, solution = result.assembly, result.solution
-    problem, joints = assembly.problem, assembly.joints
-    columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
-    if solution.d is None or solution.load_factor is None:
-        return pd.DataFrame(columns=columns)
-    # The only live load is the push in the direction in which the supports move.
-    movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
-    rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
-    gap = np.empty(len(joints.joint))  # opening rate of each contact point
-    gap[assembly.pressed] = problem.at_points(rates)
-    slip = np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
-    widest = pd.Series(gap).groupby(joints.joint).idxmax().to_numpy()
-    motion = joint_motion(assembly, solution)
-    moves = np.flatnonzero(motion.slides | motion.hinges | motion.separates)
-    opening, sliding = gap[widest], joints.most(slip[assembly.of_point])
-    opening = np.where(opening > rounding, opening, 0.0)[moves] / movement
-    sliding = np.where(sliding > rounding, sliding, 0.0)[moves] / movement
-    first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
-    at = (joints.point[widest] + assembly.geometry.origin)[moves]
-    frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opening, sliding), strict=True)))
-    widths = frame[["opening", "sliding"]].max(axis=1).sort_values(ascending=False, kind="stable")
-    return unsigned(frame.loc[widths.index]).reset_index(drop=True)
-
-
 def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
     """Return a picture of the mechanism, with values at the joints that open or slide most."""
     refuse_view(result.assembly.scene, view)
     elements, joints = result_elements(result), result.assembly.joints
     marks = [replace(mark, label=_ARROWS) if mark.name == "live" else mark for mark in elements.loads]
-    widest = _joint_openings(result).head(_WRITTEN_JOINTS)
+    widest = joint_openings(result).head(_WRITTEN_JOINTS)
     for number, opening, sliding in zip(widest["joint"], widest["opening"], widest["sliding"], strict=True):
         motion = elements.motion[[joints.first[number], joints.second[number]]].mean(axis=0)[None]
         text = f"{opening:.3g}" if opening >= sliding else f"{sliding:.3g} s"

@@ -1,0 +1,166 @@
+"""Supports that can move: the problem of a scene whose supports are free in one direction each."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.problem.assembly import Assembly, with_supports_freed
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.problem.loads import moments_in
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.mistakes import did_you_mean
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.stability.dead_load import carries
+
+
+def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
+    """Return the indices of supports by name.
+
+    Raises OptionError if a name is unknown or occurs twice.
+    """
+    names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
+    known = {block.name: number for number, block in enumerate(scene.blocks)}
+    fixed = [block.name for block in scene.blocks if block.fixed]
+    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise OptionError(f"{scene.origin}: 'support' must name each support once (found {support!r})")
+    for name in names:
+        if name not in known:
+            instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
+        if name not in fixed:
+            choice = f"a block with 'fixed = true': {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support '{name}' can move already: name {choice}")
+    return np.array([known[name] for name in names])
+
+
+def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
+    """Raise OptionError if a support touches no block that can move."""
+    scene, forces = assembly.scene, assembly.problem.B.shape[1]
+    touched = freed_of.problem.by_block(np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)).any(axis=1)
+    for support in np.setdiff1d(supports, freed_of.movable[touched], assume_unique=True):
+        idle = f"support '{scene.blocks[support].name}' touches no block that can move"
+        raise OptionError(f"{scene.origin}: {idle}: its settlement changes nothing")
+
+
+def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
+    """Return the reaction at rest with elastic contacts (relative to the live load) and the joint forces.
+
+    The forces are those of the problem with settling supports. The first ``own`` of them are those of the
+    scene, the others hold the supports in the directions in which they do not move. Return None if the
+    elastic contacts do not come to carry the dead load.
+    """
+    if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
+        return None
+    q = IncrementalAnalysis(held).preload_forces
+    if q is None or not carries(held, q, ZERO):
+        return None
+    on_blocks = settling.B[:, :own] @ q[:own]
+    reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
+    left = on_blocks + settling.dead - reaction * settling.live
+    q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
+    # A reaction of the size of rounding errors is set to zero, because solvers would scale the loads by it.
+    return reaction if abs(reaction) > ZERO else 0.0, q
+
+
+def freed(
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
+) -> Assembly:
+    """Return an assembly whose chosen supports can move in one direction, at a common rate.
+
+    The supports become blocks without weight. Forces without limits restrain them across the direction and
+    against rotation, and couple several supports along the direction. The live load is a push along the
+    direction, shared by the supports.
+
+    Parameters
+    ----------
+    assembly: Assembly of the scene with fixed supports.
+    supports: Indices of the supports, shape (k,).
+    direction: Unit vector.
+    push: Live load in the case's unit of force; without a push the supports cannot move along the direction.
+    turns: True if the supports can turn about their centroids.
+    """
+    held = push is None
+    across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
+    # Moments are written as couples with the length unit as lever arm, so that all restraints are forces of
+    # similar size.
+    couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
+    restraints: list[LimitedForce] = []
+    previous = None
+    for support in supports.tolist():
+        name, point = assembly.scene.blocks[support].name, assembly.geometry.centroid[support]
+        actions = [Action(support, point, unit) for unit in across]
+        if not turns:
+            actions += [Action(support, point, np.zeros(len(direction)), couple) for couple in couples]
+        restraints += [LimitedForce(Role.SUPPORT, name, (action,)) for action in actions]
+        if previous is not None and not held:
+            restraints.append(LimitedForce(Role.SUPPORT, name, (previous, Action(support, point, direction))))
+        previous = Action(support, point, -direction)
+    force = (push or 0.0) / len(supports) * direction
+    return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
+
+
+def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -> Assembly:
+    """Return an assembly of the plane whose chosen supports can move at rates in a fixed ratio.
+
+    The supports become blocks without weight. Forces without limits restrain all other motions of them. The
+    live load is a push along the motions, as large as the dead load.
+
+    Parameters
+    ----------
+    assembly: Assembly of the scene with fixed supports.
+    supports: Indices of the supports, shape (k,), rising.
+    motions: Translations of the supports, and their rotations times the problem's unit of length, shape
+        (k, 3). No motion is zero.
+    """
+    unit, scene = assembly.problem.length_unit, assembly.scene
+    restraints: list[LimitedForce] = []
+    previous = None
+    for support, motion in zip(supports.tolist(), motions, strict=True):
+        name, point = scene.blocks[support].name, assembly.geometry.centroid[support]
+
+        def action(along: np.ndarray, support: int = support, point: np.ndarray = point) -> Action:
+            return Action(support, point, along[:2], unit * along[2:])
+
+        for across in np.linalg.svd(motion[None])[2][1:]:
+            restraints.append(LimitedForce(Role.SUPPORT, name, (action(across),)))
+        link = motion / (motion @ motion)
+        if previous is not None:
+            restraints.append(LimitedForce(Role.SUPPORT, name, (previous, action(link))))
+        previous = action(-link)
+    none = np.zeros(2)
+    free = with_supports_freed(assembly, _pushed(scene, supports, none), none, restraints)
+    live = free.problem.by_block(np.zeros_like(free.problem.live))
+    size = float(free.problem.force_sizes(free.problem.dead).sum()) or 1.0
+    live[np.searchsorted(free.movable, supports)] = size * motions / np.linalg.norm(motions)
+    return replace(free, problem=replace(free.problem, live=live.ravel()))
+
+
+def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
+    """Return the scene with movable supports that are pushed by live forces, without other live loads."""
+    zero = (0.0,) * scene.dimension
+    live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
+    of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}
+    of_supports = of_blocks | {"fixed": False, "weight": 0.0, "unit_weight": None}
+    of_supports["live"] = tuple(force.tolist())
+    blocks = [
+        block.replace(**(of_supports if index in supports else of_blocks))
+        for index, block in enumerate(scene.blocks)
+    ]
+    loads = [
+        load.replace(**{key: zero for key in live_keys if getattr(load, key, ())}) for load in scene.loads
+    ]
+    no_push = {"pressure": None, "force": (0.0, 0.0)}
+    edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
+    fields: dict[str, Any] = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
+    fields |= {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
+    # Reference values are removed, because they belong to the scene's own live loads.
+    fields["reference"] = {}
+    # The copy is not validated: a valid scene has a fixed block, and here all blocks may be free to move.
+    return BaseModel.model_copy(scene.with_load_case(None), update=fields)

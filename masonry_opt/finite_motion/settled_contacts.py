@@ -1,0 +1,296 @@
+"""Positions of blocks and their contacts after a settlement of finite size, in the plane.
+
+The mechanism of a small settlement tells which contact points stay closed, slide or open. Blocks whose joints
+stay closed are one rigid body. Newton's method then finds positions at finite rotations: hinges stay closed,
+and sliding corners stay on the edges on which they slide.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.displaced import placed, turned
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.rows import dots, lengths, linked
+from masonry_opt.solution.motion import fastest, joint_motion, velocities
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import SEPARATES
+
+#: Number of steps in which the supports move to their final positions. With more steps Newton's method has
+#: better starts at large rotations.
+_STEPS = 10
+#: Largest number of Newton iterations in a step.
+_MOST_CORRECTIONS = 20
+#: Largest change of a position in the last iteration, relative to the size of the scene.
+_CONVERGED_STEP = 1e-13
+#: Weight of the slips of hinges relative to gaps. A smaller value closes gaps more exactly where both cannot
+#: vanish: a hinge on a straight edge slips by an amount that grows with the square of the movement.
+_SLIP_WEIGHT = 1e-3
+#: Largest gap of a contact that stays closed, relative to the largest movement of a point. Slips below the
+#: threshold at which a joint slides, as on surveyed blocks, make the conditions slightly inconsistent.
+_LARGEST_GAP = SEPARATES
+#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip is refused: the
+#: mechanism is then another than that of a small settlement.
+_LARGEST_SLIP = 0.05
+#: Ratio to the largest singular value below which a singular value is zero.
+_SINGULAR = 1e-10
+
+
+class SettlementBlockedError(Exception):
+    """Error of a settlement whose contact conditions have no solution; its text is the reason."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact points of a scene in the plane, and their part in a mechanism.
+
+    Positions and poses are those of the geometry at rest, in the scene's unit of length.
+
+    Attributes
+    ----------
+    assembly: Assembly of the scene at rest.
+    touches: True for the contact points that stay closed or slide, shape (points,).
+    slides: True for the joints that slide, shape (joints,).
+    rates: Velocities (vx, vy, ω) of all blocks for the movement of the supports, shape (blocks, 3). The
+        velocity is that of the block's point at the origin.
+    supports: Indices of the supports that move.
+    """
+
+    assembly: Assembly
+    touches: np.ndarray
+    slides: np.ndarray
+    rates: np.ndarray
+    supports: np.ndarray
+
+    @classmethod
+    def of(cls, freed: Assembly, solution: Solution, scale: float, supports: np.ndarray) -> "Contacts":
+        """Create the record from a mechanism of an assembly with freed supports, times ``scale``."""
+        motion, joints = joint_motion(freed, solution), freed.joints
+        assert solution.d is not None
+        gap = np.empty(len(joints.joint))  # opening rate of each contact point
+        gap[freed.pressed] = freed.problem.at_points(freed.problem.motion(solution.d))
+        nearest, speed = -joints.most(-gap), fastest(freed, solution.d)
+        touches = ~motion.separates[joints.joint] & (gap <= nearest[joints.joint] + SEPARATES * speed)
+        blocks = np.arange(len(freed.scene.blocks))
+        at_origin = velocities(freed, solution.d, blocks, np.zeros((len(blocks), 2)))
+        rotation = np.zeros(len(blocks))
+        rotation[freed.movable] = freed.problem.moments(solution.d)[:, 0] / freed.problem.length_unit
+        return cls(freed, touches, motion.slides, scale * np.column_stack([at_origin, rotation]), supports)
+
+    @property
+    def joints(self) -> Joints:
+        """Joints at rest."""
+        return self.assembly.joints
+
+    @cached_property
+    def bodies(self) -> np.ndarray:
+        """Index of the rigid body of each block, shape (blocks,)."""
+        joints = self.joints
+        closed = np.bincount(joints.joint, self.touches) == np.bincount(joints.joint)
+        rigid = closed & (joints.extent > 0) & ~self.slides
+        fixed = np.setdiff1d(np.arange(len(self.rates)), self.assembly.movable)
+        ends = np.column_stack([joints.first, joints.second])[rigid]
+        links = np.vstack([ends, np.column_stack([fixed[1:], fixed[:-1]])])
+        return linked(len(self.rates), *links.T)
+
+    @cached_property
+    def _intervals(self) -> np.ndarray:
+        """Extent of both blocks' edges along each joint's tangent, from its start, shape (joints, 2, 2).
+
+        A block that touches with a corner has an interval without length.
+        """
+        joints, tolerance = self.joints, 2 * self.assembly.geometry.contact_tolerance
+        tail, tip, owner = self.assembly.geometry.edges
+        intervals = np.zeros((len(joints.first), 2, 2))
+        for number, start in enumerate(joints.start):
+            own = float(joints.extent[number])
+            for side, block in enumerate((joints.first[number], joints.second[number])):
+                ends = np.stack([tail, tip])[:, owner == block] - start
+                off, at = ends @ joints.normal[number], ends @ joints.tangent[number]
+                on_line = (np.abs(off) <= tolerance).all(axis=0)
+                low, high = at.min(axis=0), at.max(axis=0)
+                # The edge that contains the joint, or that ends at its corner.
+                near = on_line & (low <= own + tolerance) & (high >= -tolerance)
+                bounds = (low[near].min(), high[near].max()) if near.any() else (0.0, 0.0)
+                intervals[number, side] = bounds
+        return intervals
+
+    @cached_property
+    def face(self) -> np.ndarray:
+        """Index of the block on whose edge each contact point slides, shape (points,).
+
+        The other block touches with a corner, or along an edge of equal direction.
+        """
+        joints = self.joints
+        first, second = joints.first[joints.joint], joints.second[joints.joint]
+        tangent = joints.tangent[joints.joint]
+        at = dots(joints.point - joints.start[joints.joint], tangent)
+        slip = placed(joints.point, self.rates[first]) - placed(joints.point, self.rates[second])
+        ahead = at + np.sign(dots(slip, tangent)) * self.assembly.geometry.tolerance
+        low, high = self._intervals[joints.joint, 1].T
+        on_second = (low < ahead) & (ahead < high)
+        return np.where(on_second, second, first)
+
+    def poses(self) -> np.ndarray:
+        """Return the poses of all blocks after the movement of the supports, shape (blocks, 3).
+
+        Raises SettlementBlockedError if no positions satisfy the contact conditions.
+        """
+        body = self.bodies
+        fixed = np.ones(len(self.rates), dtype=bool)
+        fixed[self.assembly.movable] = False
+        given = np.zeros(body.max() + 1, dtype=bool)
+        given[body[fixed]] = given[body[self.supports]] = True
+        # The rates of a body are those of its largest block.
+        order = np.argsort(self.assembly.geometry.size, kind="stable")
+        of_body = np.zeros((body.max() + 1, 3))
+        for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
+            of_body[body[block]] = self.rates[block]
+        poses = np.zeros_like(of_body)
+        for step in range(1, _STEPS + 1):
+            ahead = self._rigid(of_body, step / _STEPS)
+            before = self._rigid(of_body, (step - 1) / _STEPS)
+            poses = self._corrected(np.where(given[:, None], ahead, poses + ahead - before), ~given)
+        self._refuse_gaps(poses[body])
+        return poses[body]
+
+    def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
+        """Return poses after a share of the movement, with each body's reference point on a straight line.
+
+        The reference point is the centroid of the support, or of the largest block of the body.
+        """
+        poses = share * of_body
+        centroid = self.assembly.geometry.centroid
+        at = np.zeros((len(of_body), 2))
+        order = np.argsort(self.assembly.geometry.size, kind="stable")
+        for block in [*order, *self.supports]:
+            at[self.bodies[block]] = centroid[block]
+        across = np.column_stack([-at[:, 1], at[:, 0]])
+        moved = at + share * (of_body[:, :2] + of_body[:, 2:] * across)
+        poses[:, :2] = moved - turned(at, poses)
+        return poses
+
+    def _corrected(self, poses: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Return poses of the bodies that satisfy the contact conditions, by the Gauss–Newton method.
+
+        Of several solutions, each iteration takes the nearest.
+        """
+        if not free.any():
+            return poses
+        size = float(np.ptp(self.joints.point, axis=0).max())
+        scale = np.tile([1.0, 1.0, 1.0 / size], np.count_nonzero(free))
+        for _ in range(_MOST_CORRECTIONS):
+            normal, tangential, jacobian = self._conditions(poses)
+            weights = np.repeat([1.0, _SLIP_WEIGHT], [len(normal), len(tangential)])
+            matrix = weights[:, None] * jacobian[:, np.repeat(free, 3)] * scale
+            residual = weights * np.concatenate([normal, tangential])
+            step = scale * np.linalg.lstsq(matrix, -residual, rcond=_SINGULAR)[0]
+            poses = poses.copy()
+            poses[free] += step.reshape(-1, 3)
+            if np.abs(step / scale).max() <= _CONVERGED_STEP * size:
+                break
+        return poses
+
+    def _conditions(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the gaps of closed contact points, the slips of hinges, and their derivatives.
+
+        Gaps are measured along the normal of the edge of the point's ``face``. The derivatives are by the
+        poses of all bodies, first of the gaps and then of the slips.
+        """
+        joints, body = self.joints, self.bodies
+        points = np.flatnonzero(self.touches & (body[joints.first] != body[joints.second])[joints.joint])
+        joint = joints.joint[points]
+        face, sticks = body[self.face[points]], ~self.slides[joint]
+        apart, slope = np.zeros((len(points), 2)), np.zeros((len(points), 2, *poses.shape))
+        rows = np.arange(len(points))
+        for sign, block in ((1.0, joints.first[joint]), (-1.0, joints.second[joint])):
+            own = body[block]
+            arm = turned(joints.point[points], poses[own])
+            apart += sign * (arm + poses[own, :2])
+            slope[rows[:, None], [0, 1], own[:, None], [0, 1]] += sign
+            slope[rows, :, own, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
+        parts, derivatives = [], []
+        for direction in (joints.normal[joint], joints.tangent[joint]):
+            along = turned(direction, poses[face])
+            derivative = np.einsum("pc,pcbk->pbk", along, slope)
+            derivative[rows, face, 2] += dots(apart, np.column_stack([-along[:, 1], along[:, 0]]))
+            parts.append(dots(apart, along))
+            derivatives.append(derivative.reshape(len(points), poses.size))
+        return parts[0], parts[1][sticks], np.vstack([derivatives[0], derivatives[1][sticks]])
+
+    def _refuse_gaps(self, poses: np.ndarray) -> None:
+        """Raise SettlementBlockedError if contacts that should stay closed open, overlap or slip."""
+        of_body = np.zeros((self.bodies.max() + 1, 3))
+        of_body[self.bodies] = poses
+        normal, tangential, _ = self._conditions(of_body)
+        point = self.joints.point
+        movement = float(lengths(placed(point, poses[self.joints.first[self.joints.joint]]) - point).max())
+        gap, slip = (np.abs(part).max(initial=0.0) for part in (normal, tangential))
+        if gap > _LARGEST_GAP * movement or slip > _LARGEST_SLIP * movement:
+            raise SettlementBlockedError("the blocks lock before the supports have moved so far")
+
+    def displaced_joints(self, poses: np.ndarray) -> tuple[np.ndarray, Joints]:
+        """Return the indices of the joints that do not separate, and these joints between displaced blocks.
+
+        An opened joint lies on the bisecting line of its edges. Raises SettlementBlockedError if a block has
+        slid off another block.
+        """
+        joints = self.joints
+        kept = np.flatnonzero(np.bincount(joints.joint, self.touches))
+        first, second = joints.first[kept], joints.second[kept]
+        rotation = np.zeros((len(kept), 3))
+        rotation[:, 2] = (poses[first, 2] + poses[second, 2]) / 2
+        of_first, of_second = joints.first[joints.joint], joints.second[joints.joint]
+        point = (placed(joints.point, poses[of_first]) + placed(joints.point, poses[of_second])) / 2
+        # A corner that slides on an edge stays at its place on its own block.
+        corner = np.where(self.face == of_first, of_second, of_first)
+        is_corner = self.slides[joints.joint] & (joints.extent[joints.joint] == 0)
+        point[is_corner] = placed(joints.point, poses[corner])[is_corner]
+        chosen = np.isin(joints.joint, kept)
+        counts = np.bincount(joints.joint)[kept]
+        number = np.repeat(np.arange(len(kept)), counts)
+        moved = replace(
+            joints,
+            first=first,
+            second=second,
+            normal=turned(joints.normal[kept], rotation),
+            tangent=turned(joints.tangent[kept], rotation),
+            accuracy=joints.accuracy[kept],
+            turn=joints.turn[kept],
+            shift=joints.shift[chosen],
+            extent=joints.extent[kept],
+            middle=joints.middle[kept],
+            point=point[chosen],
+            joint=number,
+            ring=number,
+        )
+        moved = self._slid(moved, kept, poses)
+        middle = (moved.start + moved.end) / 2
+        return kept, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
+
+    def _slid(self, moved: Joints, kept: np.ndarray, poses: np.ndarray) -> Joints:
+        """Return displaced joints in which joints that slide along an edge have the length still shared."""
+        point = moved.point.copy()
+        for number in np.flatnonzero(self.slides[kept] & (moved.extent > 0)):
+            joint = kept[number]
+            start, tangent = self.joints.start[joint], moved.tangent[number]
+            ends = []
+            for side, block in enumerate((moved.first[number], moved.second[number])):
+                origin = placed(start, poses[block]) @ tangent
+                ends.append(origin + self._intervals[joint, side])
+            low, high = np.max([end[0] for end in ends]), np.min([end[1] for end in ends])
+            if high - low <= self.assembly.geometry.tolerance:
+                first, second = self.assembly.names(np.array([moved.first[number], moved.second[number]]))
+                raise SettlementBlockedError(f"block '{first}' slides off block '{second}'")
+            across = moved.point[moved.first_point[number]]
+            across = across - (across @ tangent) * tangent
+            point[moved.first_point[number]] = across + low * tangent
+            point[moved.last_point[number]] = across + high * tangent
+        return replace(moved, point=point)
+
+    def open_ends(self, kept: np.ndarray) -> np.ndarray:
+        """Return True for the ends of the remaining joints that have opened, shape (2, joints)."""
+        joints = self.joints
+        return np.asarray(~self.touches[np.stack([joints.first_point, joints.last_point])][:, kept])

@@ -1,0 +1,215 @@
+"""Function ``settled_scene``: the state of a scene after supports have moved by given amounts."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.effort import Effort
+from masonry_opt.errors import OptionError
+from masonry_opt.finite_motion.freed_supports import freed_along, reaction_at_rest, refuse_idle, supports_of
+from masonry_opt.finite_motion.moved_blocks import overlapping
+from masonry_opt.finite_motion.settled_contacts import Contacts, SettlementBlockedError
+from masonry_opt.methods.associative import associative
+from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.settled import SettledState
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import MOVES
+from masonry_opt.solvers.registry import MATRICES, find_solver
+from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
+
+#: Movements of supports by name: ``{"pier": (0, -0.02)}``, or pairs of names and movements.
+Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
+#: Form of the movements of supports, in error messages.
+_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+#: Largest number of halvings of a movement in the search for a movement that can be followed.
+_MOST_HALVINGS_OF_MOVEMENT = 5
+
+
+def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
+    """Return a scene in the plane after supports have moved by given amounts under its dead load.
+
+    The blocks follow in the mechanism of the least reaction of the supports, by the default method. The state
+    keeps the positions of the blocks, the contacts that stay closed, and the joint forces.
+
+    Parameters
+    ----------
+    scene: The scene, in its load case.
+    settled: Movement of each support by name, ``(x, y)`` or ``(x, y, rotation)``: a translation of its
+        centroid in the unit of length, and a rotation in radians. With None the scene itself is returned.
+
+    Raises
+    ------
+    OptionError
+        If a support does not exist, can move already or touches no block that can move; if a movement is not
+        two or three numbers, or is so large that the mechanism changes; if blocks are solids, or joints have
+        a limited strength; if the scene is unstable, or does not follow the supports.
+    CaseError
+        If the scene is wrong.
+    """
+    if settled is None:
+        return scene
+    scene.refuse_without_case()
+    if scene.dimension == 3:
+        raise OptionError(
+            f"{scene.origin}: 'settled' needs a scene in the plane: omit it, or analyse a section"
+        )
+    if scene.settled is not None:
+        raise OptionError(f"{scene.origin}: supports have settled already: give all movements at once")
+    movements = _movements(scene, settled)
+    assembly = assemble(scene)
+    if len(assembly.problem.crushing):
+        raise OptionError(f"{scene.origin}: 'settled' needs joints of unlimited strength: omit 'strength'")
+    if _falls(assembly.problem):
+        raise OptionError(
+            f"{scene.origin}: the scene is unstable under its dead load before its supports settle: run "
+            "'solve' without 'settled' to see which blocks fall"
+        )
+    names = sorted(movements, key=[block.name for block in scene.blocks].index)
+    supports = supports_of(scene, names)
+    motions = np.array([movements[name] for name in names])
+    units = np.array([1.0, 1.0, assembly.problem.length_unit])
+    free = freed_along(assembly, supports, motions * units)
+    refuse_idle(assembly, free, supports)
+    solution = _mechanism(assembly, free)
+    scale = _scale(free, supports, motions * units, solution)
+    state = _state(assembly, free, solution, scale, movements)
+    if isinstance(state, SettledState):
+        return scene.settled_as(state)
+    for halving in range(1, _MOST_HALVINGS_OF_MOVEMENT + 1):
+        share = 0.5**halving
+        if isinstance(_state(assembly, free, solution, share * scale, movements), SettledState):
+            remedy = f"give a smaller movement, such as {share:g} of it"
+            raise OptionError(f"{scene.origin}: 'settled': {state}: {remedy}")
+    raise OptionError(f"{scene.origin}: 'settled': {state}: give a much smaller movement, or omit 'settled'")
+
+
+def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float, float]]:
+    """Return the movements of supports by name: x, y and rotation.
+
+    Raises OptionError if a name is not that of a support or occurs twice, or if a movement is wrong.
+    """
+    pairs = list(settled.items() if isinstance(settled, Mapping) else settled)
+    try:
+        names = [name for name, _ in pairs]
+    except (TypeError, ValueError):
+        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None
+    if not names:
+        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})")
+    supports_of(scene, names)
+    movements: dict[str, tuple[float, float, float]] = {}
+    for name, movement in pairs:
+        try:
+            numbers = tuple(float(part) for part in movement)
+        except (TypeError, ValueError):
+            numbers = ()
+        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)) or not any(numbers):
+            needs = "needs (x, y) or (x, y, rotation), not all of them zero"
+            raise OptionError(f"{scene.origin}: 'settled': support '{name}' {needs} (found {movement!r})")
+        movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
+    return movements
+
+
+def _falls(problem: Problem) -> bool:
+    """Return True if a scene is unstable under its dead load."""
+    try:
+        return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
+    except DeadLoadUndecided:
+        return False
+
+
+def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
+    """Return the state of the least reaction of freed supports, by the default method.
+
+    Without an exact state of Coulomb friction, the state has associative flow. Raises OptionError if the
+    least reaction is not known.
+    """
+    rest = reaction_at_rest(assembly.problem, free.problem, assembly.problem.B.shape[1])
+    problem = free.problem
+    if rest is not None:
+        reaction, forces = rest
+        problem = replace(problem, dead=problem.dead - reaction * problem.live, settled=forces)
+        solver = find_solver(MATRICES, None)
+        pushed = METHODS["incremental"].run(Task(problem, solver))
+        options = METHODS[DEFAULT].options
+        task = Task(problem, solver, options=options and options(), incremental=pushed)
+        solution = METHODS[DEFAULT].run(task).accepted()
+        if solution.d is not None and solution.load_factor is not None:
+            return solution
+    solution = associative(Task(free.problem)).accepted()
+    if solution.d is None or solution.load_factor is None:
+        raise OptionError(
+            f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: see "
+            "'settle', and give another direction"
+        )
+    return solution
+
+
+def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: Solution) -> float:
+    """Return the factor by which the velocities of a mechanism move the supports by their movements.
+
+    Movements and the rotation have the units of the problem, shape (k, 3). Raises OptionError if the supports
+    do not move in the mechanism.
+    """
+    assert solution.d is not None
+    rates = free.problem.by_block(solution.d)
+    of_supports = rates[np.searchsorted(free.movable, supports)]
+    along = float((of_supports * motions).sum()) / float((motions**2).sum())
+    if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
+        raise OptionError(
+            f"{free.scene.origin}: 'settled': blocks fall without a motion of the supports: raise the "
+            "friction, or give another direction"
+        )
+    return 1.0 / along
+
+
+def _state(
+    assembly: Assembly,
+    free: Assembly,
+    solution: Solution,
+    scale: float,
+    movements: Mapping[str, tuple[float, float, float]],
+) -> SettledState | str:
+    """Return the state after a settlement, or the reason why it cannot be followed as a sentence."""
+    supports = np.setdiff1d(free.movable, assembly.movable)
+    contacts = Contacts.of(free, solution, scale, supports)
+    try:
+        poses = contacts.poses()
+        kept, joints = contacts.displaced_joints(poses)
+    except SettlementBlockedError as reason:
+        return str(reason)
+    meeting = overlapping(assembly.geometry, poses, contacts.bodies)
+    if meeting:
+        first, second = assembly.names(np.array(meeting))
+        return f"blocks '{first}' and '{second}' meet before the supports have moved so far"
+    assert solution.q is not None
+    forces = free.problem.by_kind(solution.q)[:, kept].ravel()
+    shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
+    count = len(assembly.joints.first)
+    # The forces that hold the supports come last.
+    limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
+    state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
+    problem = assemble(assembly.scene.settled_as(state)).problem
+    if _falls(_without_opened_ends(problem, contacts.open_ends(kept))):
+        return "the masonry falls under its dead load before the supports have moved so far"
+    return state
+
+
+def _without_opened_ends(problem: Problem, opened: np.ndarray) -> Problem:
+    """Return a problem in which the opened ends of joints, shape (2, joints), carry no force."""
+    carries = np.ones(problem.B.shape[1])
+    carries[: opened.size] = ~opened.ravel()
+    B = sp.csr_array(problem.B @ sp.diags_array(carries))
+    return replace(problem, matrices=replace(problem.matrices, B=B), settled=None)
+
+
+def _short(movement: tuple[float, float, float]) -> tuple[float, ...]:
+    """Return a movement without its rotation if the support does not turn."""
+    return movement if movement[2] else movement[:2]

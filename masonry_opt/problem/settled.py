@@ -1,0 +1,99 @@
+"""State of a scene after a settlement of given size: displaced blocks, their contacts and their preload.
+
+A scene with such a state keeps its records as drawn. Its loads are found on the blocks at rest, and then move
+with the blocks: forces keep their direction, and act at points that are fixed to the blocks. Fill moves with
+the blocks below it, and keeps its stress on each edge.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.errors import CaseError
+from masonry_opt.problem.displaced import displaced, placed, turned
+from masonry_opt.problem.limited_forces import LimitedForce, Role
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.scene import Scene
+
+#: Attributes of joints that do not depend on the positions of the blocks.
+_JOINT_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "strength")
+
+
+@dataclass(frozen=True, eq=False)
+class SettledState:
+    """Displaced blocks of a scene in the plane after supports have moved by given amounts.
+
+    Attributes
+    ----------
+    movements: Movement of each support by name: (x, y) in the unit of length, and a rotation in radians.
+    poses: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin of the geometry, then
+        a translation.
+    kept: Indices, at rest, of the joints that do not separate, shape (joints,).
+    joints: These joints between displaced blocks. An opened joint lies on the bisecting line of its edges,
+        and can close again when it is pressed.
+    count: Number of joints at rest.
+    forces: Joint forces after the settlement, in units of the problem, shape (3c,).
+    limited: Forces of ties, props and fill after the settlement, in units of the problem, shape (t,).
+    dead: Dead load of the problem under which the supports moved, shape (3b,).
+    """
+
+    movements: Mapping[str, tuple[float, ...]]
+    poses: np.ndarray = field(repr=False)
+    kept: np.ndarray = field(repr=False)
+    joints: Joints = field(repr=False)
+    count: int = field(repr=False)
+    forces: np.ndarray = field(repr=False)
+    limited: np.ndarray = field(repr=False)
+    dead: np.ndarray = field(repr=False)
+
+    def __str__(self) -> str:
+        """Return the movements as text, such as "'pier' by (0, -0.02)"."""
+        moved = (
+            f"'{name}' by ({', '.join(f'{part:.6g}' for part in movement)})"
+            for name, movement in self.movements.items()
+        )
+        return ", ".join(moved)
+
+    def at_rest(self, block: int, point: np.ndarray) -> np.ndarray:
+        """Return the position at rest of a point of a displaced block, relative to the origin."""
+        back = np.array([0.0, 0.0, -self.poses[block, 2]])
+        return turned(point - self.poses[block, :2], back)
+
+    def geometry(self, at_rest: Any) -> Any:
+        """Return the shapes of the displaced blocks."""
+        return displaced(at_rest, self.poses)
+
+    def joints_of(self, scene: Scene, at_rest: Joints) -> Joints:
+        """Return the displaced joints with the properties that the joints of a scene have at rest.
+
+        Raises CaseError if the scene has other joints than the scene whose supports moved.
+        """
+        if len(at_rest.first) != self.count or len(scene.blocks) != len(self.poses):
+            raise CaseError(
+                f"{scene.origin}: the blocks of a scene with settled supports keep their shapes: change the "
+                "blocks first, and settle the supports of the new scene"
+            )
+        properties = {name: getattr(at_rest, name)[self.kept] for name in _JOINT_PROPERTIES}
+        return replace(self.joints, **properties)
+
+    def pieces(self, at_rest: Sequence[Any]) -> tuple[Any, ...]:
+        """Return displaced pieces of edges, which a fill touches or on which a load acts."""
+        return tuple(replace(piece, ends=placed(piece.ends, self.poses[piece.block])) for piece in at_rest)
+
+    def struts(self, at_rest: Sequence[LimitedForce]) -> tuple[LimitedForce, ...]:
+        """Return ties and props between the displaced points at which they are fixed."""
+        return tuple(self._strut(force) for force in at_rest if force.role in (Role.TIE, Role.PROP))
+
+    def _strut(self, force: LimitedForce) -> LimitedForce:
+        """Return a tie or prop along the line between its displaced ends."""
+        poses = np.vstack([self.poses, np.zeros(3)])  # the ground has the index −1
+        first, second = (placed(action.point, poses[action.block]) for action in force.actions)
+        along = second - first
+        if force.role is Role.PROP:
+            along = -along
+        along = along / np.linalg.norm(along)
+        ends = zip(force.actions, (first, second), (along, -along), strict=True)
+        actions = tuple(replace(action, point=point, force=unit) for action, point, unit in ends)
+        return replace(force, actions=actions)

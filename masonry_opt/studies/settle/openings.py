@@ -1,0 +1,56 @@
+"""Openings of joints in the mechanism of supports that settle, per unit of the supports' movement."""
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.result import Result
+from masonry_opt.solution.frames import unsigned
+from masonry_opt.solution.motion import fastest, joint_motion
+from masonry_opt.solution.thresholds import ZERO
+
+#: Rotation of a block, in radians, above which the openings of a small motion are refused as inaccurate. The
+#: relative error of an opening is about as large as the rotation.
+SMALL_ROTATION = 0.1
+
+
+def joint_openings(result: Result) -> pd.DataFrame:
+    """Return the table of opening and sliding joints in the mechanism of a result."""
+    assembly, solution = result.assembly, result.solution
+    problem, joints = assembly.problem, assembly.joints
+    columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
+    if solution.d is None or solution.load_factor is None:
+        return pd.DataFrame(columns=columns)
+    movement = movement_of_supports(result)
+    rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
+    gap = np.empty(len(joints.joint))  # opening rate of each contact point
+    gap[assembly.pressed] = problem.at_points(rates)
+    slip = np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
+    widest = pd.Series(gap).groupby(joints.joint).idxmax().to_numpy()
+    motion = joint_motion(assembly, solution)
+    moves = np.flatnonzero(motion.slides | motion.hinges | motion.separates)
+    opening, sliding = gap[widest], joints.most(slip[assembly.of_point])
+    opening = np.where(opening > rounding, opening, 0.0)[moves] / movement
+    sliding = np.where(sliding > rounding, sliding, 0.0)[moves] / movement
+    first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
+    at = (joints.point[widest] + assembly.geometry.origin)[moves]
+    frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opening, sliding), strict=True)))
+    widths = frame[["opening", "sliding"]].max(axis=1).sort_values(ascending=False, kind="stable")
+    return unsigned(frame.loc[widths.index]).reset_index(drop=True)
+
+
+def movement_of_supports(result: Result) -> float:
+    """Return the movement of the supports in the velocities of a mechanism."""
+    # The only live load is the push in the direction in which the supports move.
+    problem, d = result.assembly.problem, result.solution.d
+    assert d is not None
+    return float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())
+
+
+def largest_movement(result: Result) -> float:
+    """Return the movement of the supports up to which the openings of small motions are accurate."""
+    if result.solution.d is None or result.solution.load_factor is None:
+        return np.inf
+    problem = result.assembly.problem
+    rotations = np.abs(problem.moments(result.solution.d)) / problem.length_unit
+    rate = float(rotations.max(initial=0.0)) / movement_of_supports(result)
+    return SMALL_ROTATION / rate if rate > 0 else np.inf
