@@ -229,7 +229,7 @@ def test_bad_input_names_what_to_change():
     with pytest.raises(mo.MasonryError, match=r"axles.a.loads.1 = -3.*must be greater than 0"):
         mo.sweep(WITH_AXLES, {"axles.a.loads.1": [-3.0]}, **STATIC)
     low = WITH_AXLES.replace(axles=[axles(3.0, road=[(-5, 0.5), (5, 0.5)])])
-    with pytest.raises(mo.MasonryError, match="no run was solved: 1 of 1 refused: .*road of axles 'a'"):
+    with pytest.raises(mo.MasonryError, match=r"no run was solved: 1 of 1 refused: .*road of axles 'a'"):
         mo.sweep(low, {"block.slab.weight": [1.0]}, **STATIC)
 
 
