@@ -1,5 +1,7 @@
 """Areas of fill and backing, drawn behind the blocks of a picture."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -14,7 +16,7 @@ _FILL_OPACITY = 0.22  #: Opacity of fill. Backing has the opacity of two layers 
 def draw_fill(axes: Axes, assembly: Assembly) -> list[Patch]:
     """Draw the areas of fill and backing at rest, and return their legend entries."""
     fills, backings = _areas(assembly)
-    look = {"facecolor": FILL, "alpha": _FILL_OPACITY, "linewidth": 0, "zorder": 0.2}
+    look: dict[str, Any] = {"facecolor": FILL, "alpha": _FILL_OPACITY, "linewidth": 0, "zorder": 0.2}
     handles = []
     for label, layers, areas in (("fill", 1, fills), ("backing", 2, backings)):
         if areas:

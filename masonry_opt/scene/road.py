@@ -12,6 +12,8 @@ from masonry_opt.scene.mistakes import instead_of
 
 #: Weight of a tonne, in kN.
 _TONNE = 9.81
+#: Number of decimal places to which uniform loads are compared with their mirror images.
+_DIGITS = 9
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]
 
@@ -144,8 +146,9 @@ class Axles(Record):
         # A group without axles may have any centre, because only its position changes with the centre.
         twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
         mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
-        rows = [np.array(sorted(each.round(9).tolist())) for each in (strips, mirrored)]
-        return bool(np.allclose(*rows, rtol=0, atol=1e-8))
+        own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))
+        mirrored_rows = np.array(sorted(mirrored.round(_DIGITS).tolist()))
+        return bool(np.allclose(own_rows, mirrored_rows, rtol=0, atol=10.0 ** (1 - _DIGITS)))
 
 
 def _spread(value: Any) -> float | bool:

@@ -29,7 +29,7 @@ def test_an_unknown_name_of_solve(options, message):
 
 
 def test_unknown_names_of_records():
-    with pytest.raises(mo.OptionError, match="no load case 'strom'; did you mean 'storm'?"):
+    with pytest.raises(mo.OptionError, match="no load case 'strom'; did you mean 'storm'"):
         mo.solve(CASED, load_case="strom")
     with pytest.raises(mo.CaseError, match="'set' \"lm71\" is unknown; did you mean 'LM71'"):
         mo.Axles(name="a", set="lm71")

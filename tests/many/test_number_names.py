@@ -1,4 +1,4 @@
-"""Names of numbers: a table with one entry is called by its name as one of several entries; lists by number."""
+"""Names of numbers: the only entry of a table has its name as one of several has; lists have numbers."""
 
 import pytest
 

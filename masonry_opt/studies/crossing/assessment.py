@@ -1,10 +1,9 @@
 """Load factors of a crossing in terms of an assessment: loads at collapse, and a required load factor."""
 
 import math
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import NamedTuple
-
-import numpy as np
 
 from masonry_opt.errors import OptionError
 from masonry_opt.reporting.sentences import numeral
@@ -30,8 +29,9 @@ class Assessment(NamedTuple):
 
 def refuse_required_factor(value: object) -> None:
     """Raise OptionError if a required load factor is neither None nor a positive number."""
-    is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if value is not None and not (is_number and math.isfinite(value) and value > 0):  # type: ignore[arg-type]
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
         raise OptionError(f"required_factor must be a number above 0, such as 3.4 (found {value!r})")
 
 
@@ -105,9 +105,9 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
     return f"{'; '.join(parts)}{included}, in the force unit of the case"
 
 
-def _listed(values: object) -> str:
+def _listed(values: Iterable[float]) -> str:
     """Return numbers as text; equal numbers are written once, with their count."""
-    numbers = [numeral(value, ".6g") for value in values]  # type: ignore[attr-defined]
+    numbers = [numeral(value, ".6g") for value in values]
     if len(numbers) > 1 and len({*numbers}) == 1:
         return f"{len(numbers)} × {numbers[0]}"
     return ", ".join(numbers)
