@@ -13,7 +13,7 @@ Files of other programs
     read_dxf, write_dxf, read_mesh, read_compas, export
 Scenes and their records
     Scene, Block, JointDefaults, Joint, Load, EdgeLoad, LoadCase, Earthquake, Tie, Prop, Fill, Backing, Axles,
-    Reference; in space Solid, Part, box, extrude
+    UniformLoad, Reference; in space Solid, Part, box, extrude
 Generators of many blocks
     Wall, Facade, Arch, PointLoad, Column; in space Plan, PlanWall, Opening, Barrel, Dome, Groin, Shaft
 Research

@@ -40,6 +40,7 @@ from masonry_opt.scene.loads import Tie as Tie
 from masonry_opt.scene.road import Axles as Axles
 from masonry_opt.scene.road import Backing as Backing
 from masonry_opt.scene.road import Fill as Fill
+from masonry_opt.scene.road import UniformLoad as UniformLoad
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.solid_generators.plan import Opening as Opening
 from masonry_opt.scene.solid_generators.plan import Plan as Plan

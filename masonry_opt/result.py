@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
@@ -240,10 +240,18 @@ class Result(Outcome):
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
-    """Return the warning records of several results without repeating a warning code.
+class HasWarnings(Protocol):
+    """Answer with warnings, such as a result or a crossing."""
 
-    For each code, the records of the first result with this code are returned.
+    @property
+    def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings as in JSON output: sentence, code and the values of the code."""
+
+
+def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
+    """Return the warning records of several answers without repeating a warning code.
+
+    For each code, the records of the first answer with this code are returned.
     """
     first: dict[str, list[dict[str, Any]]] = {}
     for result in results:

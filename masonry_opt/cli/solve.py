@@ -14,6 +14,7 @@ from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.terminal import print_result, print_text, print_warnings
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import instead_of
 
 _MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
 _PLOT_KIND_HELP = (
@@ -87,7 +88,7 @@ def _refuse_drawing_options(
         options = "--plot-kind, --mechanism, --names, --view and --force apply to a picture"
         raise OptionError(f"{options}: give --plot FILE too")
     if mechanism not in (None, *_MECHANISMS):
-        raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_MECHANISMS)}")
+        raise OptionError(f"--mechanism '{mechanism}' is unknown{instead_of(mechanism, _MECHANISMS)}")
     method = METHODS.get(given.get("method", DEFAULT))
     has_incremental = given.get("incremental", True) and not (method and method.associative)
     if mechanism == "incremental" and not has_incremental:

@@ -106,7 +106,8 @@ def crossing(
 ) -> bool:
     """Exit code 0: a load factor exists; 1: none exists; 2: wrong case file or option; 130: interrupted.
 
-    An interrupted crossing prints the worst position solved so far.
+    With --required-factor, exit code 0: passed; 1: failed or not decided. An interrupted crossing prints the
+    worst position solved so far.
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # an unusable path of the picture is reported before the scene is solved
@@ -126,7 +127,7 @@ def crossing(
     save(answer, plot if answer.passages else None, drawing)
     if answer.interrupted:
         raise InterruptedByUserError(f"interrupted: {counted(len(answer.table), 'position')} solved")
-    return answer.load_factor is not None
+    return answer.load_factor is not None if answer.passed is None else answer.passed
 
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance settled", vertical=_VERTICAL, plot=PICTURE)

@@ -24,6 +24,7 @@ from masonry_opt.drawing.marks import Marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import image_source, picture_metadata, refuse_unwritable, write_whole
 from masonry_opt.reporting.sentences import numeral, sentences
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code
@@ -272,7 +273,7 @@ def refuse_kind(kind: object, names: bool = False) -> None:
     """Raise OptionError if ``kind`` is unknown, or if ``names`` is set for a picture without blocks."""
     known = (*PICTURE_KINDS, CURVE)
     if kind not in known:
-        raise OptionError(f"unknown kind of picture '{kind}': choose from {', '.join(known)}")
+        raise OptionError(f"kind of picture '{kind}' is unknown{instead_of(kind, known)}")
     if kind == CURVE and names:
         raise OptionError("a picture of kind 'curve' shows no blocks: omit the names of blocks")
 

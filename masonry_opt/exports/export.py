@@ -34,6 +34,7 @@ from masonry_opt.proving import prove_least
 from masonry_opt.reporting.sentences import by_sides
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
@@ -306,7 +307,9 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
     """Raise OptionError if a method has no program, or its program cannot be written to a file."""
     ending = path.suffix.lower()
     if method not in _EXPORTS:
-        why = "solves a series of programs" if method in METHODS else "is unknown"
+        if method not in METHODS:
+            raise OptionError(f"method '{method}' is unknown{instead_of(method, _EXPORTS)}")
+        why = "solves a series of programs"
         raise OptionError(f"method '{method}' {why}; methods with a single program: {', '.join(_EXPORTS)}")
     # Only the .nl format can represent products of variables and complementary pairs.
     endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solvers.registry import (
     MATRICES,
@@ -134,7 +135,7 @@ class HowToSolve:
         if isinstance(self.method, str) and self.method in FORMER_METHODS:
             raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
-            raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")
+            raise OptionError(f"method '{self.method}' is unknown{instead_of(self.method, METHODS)}")
         return METHODS[self.method]
 
     @property

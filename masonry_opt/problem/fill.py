@@ -20,6 +20,14 @@ from masonry_opt.scene.scene import Scene
 #: earth pressure would act on level edges whose coordinates are rounded.
 _LEVEL_EDGE_TOLERANCE = 1e-9
 
+#: Number of Gauss points in each piece of a uniform load. With more points loads that spread through fill are
+#: more accurate and take longer.
+_GAUSS_POINT_COUNT = 4
+#: Number of equal parts of a road over fill, at whose ends uniform loads are divided. With more parts loads
+#: that spread through fill are more accurate and take longer.
+_ROAD_DIVISIONS = 200
+_GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(_GAUSS_POINT_COUNT)
+
 
 @dataclass(frozen=True)
 class FilledPiece:
@@ -253,6 +261,10 @@ class Road:
             start, end = np.clip(below.x[[0, -1], [0, 1]] + self._origin, *self.ends)
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
+        pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
+        # Fill carries loads to blocks at some distance, so that long pieces are divided too.
+        evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
+        self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 
     def on_blocks(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
         """Return the resultants of vertical loads on each of the scene's blocks, shape (blocks, 3).
@@ -283,6 +295,23 @@ class Road:
         straight = pending & (piece >= 0) & (x <= self._starts[-1]) & (block >= 0)
         add(block[straight], force[straight], at[straight] * force[straight])
         return np.where(self._movable[:, None], total, 0.0)
+
+    def strips_on_blocks(self, start: np.ndarray, end: np.ndarray, load: np.ndarray) -> np.ndarray:
+        """Return the resultants of uniform loads on each of the scene's blocks, shape (blocks, 3).
+
+        A uniform load acts from abscissa ``start`` to ``end`` with the intensity ``load`` per unit length,
+        shape (loads,) each. It is replaced by point loads at Gauss points between the positions at which
+        blocks or pieces of edges below the road end. The replacement is exact for loads that act straight
+        down. Forces of loads that spread through fill have errors of about 2e-4 of the load.
+        """
+        x, shares = [np.empty(0)], [np.empty(0)]
+        for first, last, intensity in zip(start, end, load, strict=True):
+            cuts = self._cuts[(self._cuts > first) & (self._cuts < last)]
+            ends = np.r_[first, cuts, last]
+            half = np.diff(ends)[:, None] / 2
+            x.append((ends[:-1, None] + half + half * _GAUSS_POINTS).ravel())
+            shares.append((intensity * half * _GAUSS_WEIGHTS).ravel())
+        return self.on_blocks(np.concatenate(x), np.concatenate(shares))
 
 
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:

@@ -288,7 +288,8 @@ def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterato
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
-            yield f"'{key}' names group '{unknown[0]}', which no load has; there are: {', '.join(known)}"
+            near = did_you_mean(unknown[0], known) or f"; there are: {', '.join(known)}"
+            yield f"'{key}' names group '{unknown[0]}', which no load has{near}"
     if "axles" in case.live and scene.dimension == 3:
         yield "'live' names 'axles', which move over scenes in the plane only: remove them"
 

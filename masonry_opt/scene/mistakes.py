@@ -85,9 +85,22 @@ def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the last clause of an error about an unknown name: a similar known name, or ""."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean '{close[0]}'?" if close else ""
+    """Return the last clause of an error about an unknown name: a similar known name, or "".
+
+    Upper and lower case do not matter for the similarity.
+    """
+    by_lower_case = {entry.lower(): entry for entry in known}
+    close = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
+    return f"; did you mean '{by_lower_case[close[0]]}'?" if close else ""
+
+
+def instead_of(name: object, known: Iterable[str]) -> str:
+    """Return the last clause of an error about a name that must be one of a few.
+
+    The clause names a similar known name, or else all known names.
+    """
+    names = [*known]
+    return did_you_mean(str(name), names) or f"; choose from: {', '.join(names)}"
 
 
 def repeated(names: Iterable[str]) -> list[str]:

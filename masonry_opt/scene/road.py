@@ -8,9 +8,12 @@ import numpy as np
 from pydantic import BaseModel, Field, PlainValidator
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, RoadLine, YesNo
+from masonry_opt.scene.mistakes import instead_of
 
 #: Weight of a tonne, in kN.
 _TONNE = 9.81
+#: Number of decimal places to which uniform loads are compared with their mirror images.
+_DIGITS = 9
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]
 
@@ -40,6 +43,27 @@ SETS = {
 }
 
 
+class UniformLoad(Record):
+    """Uniform load that moves with a group of axles, such as the load of a train behind its locomotive.
+
+    Raises CaseError if the load is not positive, or if its end is not behind its start.
+
+    Parameters
+    ----------
+    load: Load per unit length of the road, straight down, over the whole width that carries the axles.
+    start, end: Distances of its two ends behind the first axle, negative if ahead of the first axle; in a
+        case file ``from`` and ``to``.
+    """
+
+    load: Positive
+    start: Annotated[Number, Field(alias="from")]
+    end: Annotated[Number, Field(alias="to")]
+
+    def _mistakes(self) -> Iterator[str]:
+        if self.start >= self.end:
+            yield "'to' must be greater than 'from': both are distances behind the first axle"
+
+
 class Axles(Record):
     """Group of axles that moves along a road over a plane scene; see :func:`~masonry_opt.crossing`.
 
@@ -53,7 +77,9 @@ class Axles(Record):
     distances: Distance from each axle to the next one behind it: one fewer than loads.
     set: In place of loads and distances, the name of a common set, in m and kN: ``SETS`` has the sets with
         their sources.
-    factor: Factor of all loads: a dynamic or a partial factor.
+    uniform: Uniform loads that move with the axles (:class:`UniformLoad`). A group may have uniform loads
+        alone; its position is then that of a point from which their distances are measured.
+    factor: Factor of all loads, uniform loads too: a dynamic or a partial factor.
     width: Effective width of the bridge that carries the axles. The scene carries the share ``thickness`` /
         ``width`` of each load (default: all). On roads commonly 1.5 m plus the depth of fill, on railways 0.8
         m plus twice the depth below the sleeper (B. Harvey, "Available width, effective width, and transverse
@@ -68,6 +94,7 @@ class Axles(Record):
     loads: list[Positive] = []
     distances: list[Positive] = []
     set: str | None = None
+    uniform: list[UniformLoad] = []
     factor: Positive = 1.0
     width: Positive | None = None
     road: RoadLine | None = None
@@ -78,10 +105,10 @@ class Axles(Record):
             if self.loads or self.distances:
                 yield "give 'set', or 'loads' and 'distances', not both"
             if self.set not in SETS:
-                yield f"'set' \"{self.set}\" is unknown; known: {', '.join(SETS)}"
-        elif not self.loads:
+                yield f"'set' \"{self.set}\" is unknown{instead_of(self.set, SETS)}"
+        elif not self.loads and (self.distances or not self.uniform):
             yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
-        elif len(self.distances) != len(self.loads) - 1:
+        elif self.loads and len(self.distances) != len(self.loads) - 1:
             count = f"{len(self.loads)} loads need {len(self.loads) - 1}, has {len(self.distances)}"
             yield f"'distances' between axles must be one fewer than 'loads': {count}"
 
@@ -92,13 +119,36 @@ class Axles(Record):
         return given._replace(loads=tuple(self.factor * load for load in given.loads))
 
     @property
+    def strips(self) -> np.ndarray:
+        """Return load, start and end of each uniform load, shape (n, 3).
+
+        The loads contain the factor of the group. Start and end are distances behind the first axle.
+        """
+        rows = [(self.factor * strip.load, strip.start, strip.end) for strip in self.uniform]
+        return np.array(rows).reshape(-1, 3)
+
+    @property
     def directions(self) -> tuple[TravelDirection, ...]:
         """Return the directions of travel; only one if the group is symmetric."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
-        same = distances == distances[::-1] and loads == loads[::-1]
+        same = distances == distances[::-1] and loads == loads[::-1] and self._has_symmetric_strips
         return ("right",) if same else ("right", "left")
+
+    @property
+    def _has_symmetric_strips(self) -> bool:
+        """Return True if the uniform loads are equal from both ends of the group."""
+        strips = self.strips
+        if not len(strips):
+            return True
+        distances = self.group.distances
+        # A group without axles may have any centre, because only its position changes with the centre.
+        twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
+        mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
+        own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))
+        mirrored_rows = np.array(sorted(mirrored.round(_DIGITS).tolist()))
+        return bool(np.allclose(own_rows, mirrored_rows, rtol=0, atol=10.0 ** (1 - _DIGITS)))
 
 
 def _spread(value: Any) -> float | bool:

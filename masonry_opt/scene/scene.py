@@ -151,8 +151,9 @@ class Scene(SceneKeys):
         if name in by_name:
             return self.with_load_case(by_name[name])
         known = ", ".join(map(repr, by_name))
-        remedy = f"there are: {known}" if known else "it has none: leave the name out"
-        raise OptionError(f"{self.origin}: no load case {name!r}; {remedy}")
+        remedy = f"; there are: {known}" if known else "; it has none: leave the name out"
+        near = did_you_mean(str(name), by_name) or remedy
+        raise OptionError(f"{self.origin}: no load case {name!r}{near}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
         """Return the scene in a given load case, whose groups and directions must fit the scene."""
@@ -231,6 +232,18 @@ class Scene(SceneKeys):
     def factor_of_axles(self) -> float:
         """Return the factor of moving axle loads; 0 in a load case that does not name them."""
         return self.factor("live", "live", "axles")
+
+    @property
+    def moves_axles(self) -> bool:
+        """Return True if moving axles are a live load, in the selected load case or in any load case.
+
+        Axles do not move over a tilted ground, nor in an earthquake.
+        """
+        if not self.axles or self.tilt:
+            return False
+        cases = [] if self.load_case else self.load_cases
+        scenes = [self.with_load_case(case) for case in cases] or [self]
+        return any(scene.factor_of_axles for scene in scenes)
 
     @property
     def factor_of_pressure(self) -> float:

@@ -8,6 +8,7 @@ from functools import cache, partial
 from typing import Any
 
 from masonry_opt.errors import OptionError
+from masonry_opt.scene.mistakes import did_you_mean, instead_of
 
 #: Default feasibility and gap tolerance of every solver. Larger values cost digits of λ, smaller ones time.
 SOLVER_TOLERANCE = 1e-9
@@ -165,7 +166,7 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
         tolerance is not a number above 0 and at most 0.1.
     """
     if language not in MODELS:
-        raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
+        raise OptionError(f"model '{language}' is unknown{instead_of(language, MODELS)}")
     known = capable(language, lambda entry: not entry.nonlinear)
     name = (name or known[0]).lower()
     entry = SOLVERS.get((language, name))
@@ -173,9 +174,8 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
         entry = SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
         others = "; or any other that CVXPY finds installed" if language == "cvxpy" else ""
-        raise OptionError(
-            f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}{others}"
-        )
+        near = did_you_mean(name, known) or f"; choose from: {', '.join(known)}{others}"
+        raise OptionError(f"solver '{name}' is unknown for model '{language}'{near}")
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
         raise OptionError(f"solver '{name}' needs CasADi, which contains IPOPT: pip install '.[mpec]'")
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):

@@ -25,6 +25,11 @@ class StudyCode(StrEnum):
     SEVERAL_THRESHOLDS = "several thresholds"
     #: Values: ``load_factor`` of a crossing, and ``bound``, its larger lower bound, which is a contradiction.
     BELOW_BOUND = "below bound"
+    #: Values: ``count``, the number of undecided positions of a crossing; ``positions``, with the first of
+    #: them.
+    POSITIONS_UNDECIDED = "positions undecided"
+    #: Value: ``cases``, the names of the load cases without axles.
+    CASES_WITHOUT_AXLES = "cases without axles"
     #: Values: ``end``, "least" or "greatest"; ``reaction`` of the answer; ``incremental``, the reaction at
     #: the end of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"

@@ -138,7 +138,7 @@ WRONG = {
     "nothing live": (IN_A, ["load_case no. 1 ('a')", "nothing is live"]),
     "unknown group": (
         IN_A + "live = { win = 1 }\n",
-        ["load_case no. 1 ('a')", "'live'", "'win'", "weight, fill, dead, live, axles, wind"],
+        ["load_case no. 1 ('a')", "'live'", "'win'", "did you mean 'wind'?"],
     ),
     "name twice": (
         LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n',

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.solution.reasons import Status
-from masonry_opt.studies.many.runs import RUN_COLUMNS, framed
 from masonry_opt.studies.many.sample import Sample
+from masonry_opt.studies.run_columns import RUN_COLUMNS, framed
 
 
 def same(one: pd.DataFrame, two: pd.DataFrame) -> None:

@@ -10,8 +10,8 @@ from scenes import CASES, WALLS, block_on_floor
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.solution.reasons import Code
-from masonry_opt.studies.many.runs import ANSWER_COLUMNS
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.run_columns import ANSWER_COLUMNS
 
 LOAD = {"load": 0.3, "method": "static", "samples": 1}
 

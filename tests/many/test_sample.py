@@ -14,7 +14,7 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.charts import chart_contents
 from masonry_opt.studies.many.draws import Draws, lognormal
-from masonry_opt.studies.many.runs import RUN_COLUMNS
+from masonry_opt.studies.run_columns import RUN_COLUMNS
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}

@@ -14,8 +14,9 @@ import masonry_opt as mo
 from masonry_opt.files import RECORD
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import RUN_COLUMNS, Study, row, run_many, run_scene
+from masonry_opt.studies.many.runs import Study, row, run_many, run_scene
 from masonry_opt.studies.many.sweep import grid, summary_text
+from masonry_opt.studies.run_columns import RUN_COLUMNS
 from masonry_opt.studies.runner import Workers
 from masonry_opt.studies.writing import JOURNAL
 

@@ -102,7 +102,7 @@ def test_a_sample_says_what_looks_unintended(doubtful, command):
 
 def test_each_code_is_told_once():
     high, low = mo.solve(block_on_floor(friction=31), "static"), mo.solve(block_on_floor(), "static")
-    rows = [recorded_warnings(result.warnings) for result in (low, high, high)]
+    rows = [recorded_warnings(result.warning_records) for result in (low, high, high)]
     points = [{"x": float(number)} for number in range(3)]
     first, everywhere = warnings_of_rows(rows, points), warnings_of_rows(rows[1:], points[1:])
     assert [record["sentence"] for record in first] == [f"{IN_DEGREES} (at x = 1 and 1 more run)"]
@@ -123,14 +123,19 @@ def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
     assert sampled(falling, friction.rename(columns={"joints.friction": "thickness"})).warning_sentences == ()
 
 
+def through_the_beam():
+    return axles_on_a_beam(0.6).replace(axles={"cart": {"road": [(-1, 0.5), (1, 0.5)]}})
+
+
 @pytest.mark.usefixtures("without_charts")
 @pytest.mark.parametrize("asked", [("--vary", "joints.friction=0.3,0.4"), SAMPLED])
 def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
-    """Of axles, which move, there is no single load factor: the runs are refused, and have not collapsed."""
+    """A road through the beam cannot be crossed: the runs are refused, and have not collapsed."""
     out = doubtful / "out"
-    error = command.refused("sweep", doubtful / "axles.toml", *asked, "--workers", "1", "--out", out, code=1)
+    mo.save(through_the_beam(), doubtful / "low.toml")
+    error = command.refused("sweep", doubtful / "low.toml", *asked, "--workers", "1", "--out", out, code=1)
     assert "no run was solved: 2 of 2 refused:" in error
-    assert "use crossing" in error
+    assert "the road of axles 'cart'" in error
     assert len(error.strip().splitlines()) == 1
     assert not out.exists()
 
@@ -156,8 +161,8 @@ def test_a_study_that_ends_before_its_first_run_leaves_nothing(tmp_path):
 
 
 def test_a_study_in_python_of_which_nothing_was_solved_raises():
-    with pytest.raises(NoRunSolvedError, match="use crossing"):
-        mo.sweep(axles_on_a_beam(0.6), {"joints.friction": [0.3, 0.4]}, method="static", workers=1)
+    with pytest.raises(NoRunSolvedError, match="the road of axles 'cart'"):
+        mo.sweep(through_the_beam(), {"joints.friction": [0.3, 0.4]}, method="static", workers=1)
 
 
 def test_axles_are_not_compared(doubtful, command):

@@ -16,6 +16,7 @@ from masonry_opt.methods.registry import METHODS, HowToSolve
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.case_file import case_folder, load
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
@@ -154,7 +155,7 @@ def plan(
     for kind, (asked, known) in named.items():
         unknown = [name for name in asked if name not in known]
         if unknown:
-            raise OptionError(f"{kind} '{unknown[0]}' is unknown; choose from: {', '.join(known)}")
+            raise OptionError(f"{kind} '{unknown[0]}' is unknown{instead_of(unknown[0], known)}")
     for tolerance in tolerances:
         find_solver(LANGUAGES[0], None, tolerance)  # raises OptionError if the tolerance is out of range
     pairs: list[Pair] = []

@@ -19,24 +19,28 @@ from masonry_opt.problem.fill import Road
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.crossing import search
-from masonry_opt.studies.crossing.answer import WITHIN, Crossing
+from masonry_opt.studies.crossing.answer import Crossing
+from masonry_opt.studies.crossing.assessment import refuse_required_factor
+from masonry_opt.studies.crossing.text import WITHIN
 
 _LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, relative to the length of the road.
 #: Type of axles that move over the road, or of the name of a group of axles.
 _AxlesArgument = str | Axles | Sequence[Axles] | None
 
 
-def crossing(
+def crossing(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path,
     axles: str | Axles | Sequence[Axles] | None = None,
     *,
     method: str = DEFAULT,
     load_case: str | None = None,
     settled: Movements | None = None,
+    required_factor: float | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -67,6 +71,8 @@ def crossing(
         "axles". The factor of a load case multiplies the axles and the other live loads.
     settled: Movement of supports before the axles cross, by name, as of
         :func:`~masonry_opt.analysis.solve`.
+    required_factor: Load factor that the scene must reach. The answer then says if it passed or failed, and
+        ``passed`` is True or False.
     progress: Function called with each solved position and its load factor (NaN without one).
     phases: Function called with a few words as each phase of the first solve begins: "finding joints", ...
 
@@ -81,12 +87,33 @@ def crossing(
         If the case file or the scene is wrong; if it has no axles or no road; if the road runs through a
         block, or over no block that can move; if all load cases leave the axles out.
     OptionError
-        If a method, an option or the name of a group is wrong, or if the blocks of the scene are solids.
+        If a method, an option, the required load factor or the name of a group is wrong, or if the blocks of
+        the scene are solids.
     KeyboardInterrupt
         If the crossing was interrupted before any position was solved.
     """
+    refuse_required_factor(required_factor)
     session = prepare(method, **options)
     scene = as_scene(scene, load_case)
+    crossed = cross(session, scene, axles, settled=settled, first_look=True, progress=progress, phases=phases)
+    return replace(crossed, required_factor=required_factor)
+
+
+def cross(
+    session: Session,
+    scene: Scene,
+    axles: _AxlesArgument = None,
+    *,
+    settled: Movements | None = None,
+    first_look: bool = False,
+    progress: Callable[[float, float], None] = lambda position, load_factor: None,
+    phases: Phases = lambda _: None,
+) -> Crossing:
+    """Move axles over a scene with the method and options of a session.
+
+    If ``first_look`` is True and the method is associative, the default method solves the worst position too.
+    Other parameters, the answer and the errors are those of :func:`crossing`.
+    """
     scene.in_plane()  # raises OptionError for solids
     ways, left_out = _passages(scene, axles, settled)
     cases = tuple(passage.case for passage in ways[0] if passage.case)
@@ -101,10 +128,11 @@ def crossing(
             return answer(worst=result, passages=())
         programs[passage.case] = search.moving_load(passage.loaded(passage.live(start)).problem, effort)
     all_trials, interrupted = _cross(session, ways, programs, effort, progress)
-    worst = min(all_trials, key=lambda trials: trials.least)
+    # Without a load factor, an undecided passage is shown rather than a passage that carries any load.
+    worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     worst_scene = worst.passage.scene(worst.position)
     default, no_default = None, ""
-    if session.method.associative and not interrupted:
+    if first_look and session.method.associative and not interrupted:
         default, no_default = _by_default_method(worst_scene)
     try:
         result = session.solve(worst_scene)
@@ -230,7 +258,8 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
         named = [group for group in scene.axles if group.name == axles]
         if not named:
             known = ", ".join(repr(group.name) for group in scene.axles) or "none"
-            raise OptionError(f"{scene.origin}: no axles '{axles}'; known: {known}")
+            near = did_you_mean(axles, [group.name for group in scene.axles]) or f"; known: {known}"
+            raise OptionError(f"{scene.origin}: no axles '{axles}'{near}")
         return named
     groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
     if not groups:

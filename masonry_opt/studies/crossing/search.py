@@ -65,6 +65,11 @@ class Passage:
         return case.name if case else None
 
     @property
+    def case_factor(self) -> float:
+        """Factor of the axles in their load case; 1 if the scene has no load cases."""
+        return self.assembly.scene.factor_of_axles
+
+    @property
     def across(self) -> float:
         """Fraction of the axle loads that the scene carries: thickness divided by effective width."""
         return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
@@ -72,8 +77,20 @@ class Passage:
     @cached_property
     def offsets(self) -> np.ndarray:
         """Abscissae of the axles relative to the first axle, shape (axles,)."""
-        behind = np.cumsum([0.0, *self.axles.group.distances])
-        return -behind if self.direction == "right" else behind
+        behind = np.cumsum([0.0, *self.axles.group.distances])[: len(self.axles.group.loads)]
+        return self._forward * behind
+
+    @cached_property
+    def strips(self) -> np.ndarray:
+        """Uniform loads: load, and abscissae of the left and right end relative to the first axle, (n, 3)."""
+        load, start, end = self.axles.strips.T
+        ends = np.sort(self._forward * np.array([start, end]), axis=0)
+        return np.column_stack([load, *ends])
+
+    @property
+    def _forward(self) -> float:
+        """Sign of the abscissa of a point behind the first axle: -1 if the axles travel to the right."""
+        return -1.0 if self.direction == "right" else 1.0
 
     def live(self, position: float) -> np.ndarray:
         """Return the live load f_L, shape (3b,), with the axles at a position.
@@ -82,8 +99,7 @@ class Passage:
         loads of the scene.
         """
         problem, movable = self.assembly.problem, self.assembly.movable
-        factor = self.assembly.scene.factor_of_axles
-        forces = factor * self._on_blocks(position)[movable] / problem.force_unit
+        forces = self.case_factor * self._on_blocks(position)[movable] / problem.force_unit
         forces[:, 2] /= problem.length_unit
         return problem.live + forces.ravel()
 
@@ -123,7 +139,8 @@ class Passage:
         The ranges are at most ``longest`` long. In each of them an axle loads a block that can move.
         """
         gap = _BREAK_DISTANCE * float(np.ptp(self.road.breaks))
-        breaks = np.unique(self.road.breaks[:, None] - self.offsets)
+        ends = np.r_[self.offsets, self.strips[:, 1:].ravel()]
+        breaks = np.unique(self.road.breaks[:, None] - ends)
         ranges: list[tuple[float, float]] = []
         for start, end in zip(breaks[:-1] + gap, breaks[1:] - gap, strict=True):
             if end - start > gap:
@@ -137,7 +154,11 @@ class Passage:
 
     def _on_blocks(self, position: float) -> np.ndarray:
         """Return the force and moment of the axles on every block, shape (blocks, 3)."""
-        return self.road.on_blocks(position + self.offsets, self.across * np.array(self.axles.group.loads))
+        across, (load, start, end) = self.across, self.strips.T
+        forces = self.road.on_blocks(position + self.offsets, across * np.array(self.axles.group.loads))
+        if not len(self.strips):
+            return forces
+        return forces + self.road.strips_on_blocks(position + start, position + end, across * load)
 
 
 def load_factor(answer: Solution) -> float:
@@ -247,13 +268,21 @@ class PassageTrials:
         return float(np.nanmin([*self.load_factors, math.inf]))
 
     @property
+    def is_undecided(self) -> bool:
+        """True if at least one position has neither a load factor nor a proof that any load is carried."""
+        return bool(np.isnan(self.load_factors).any())
+
+    @property
     def position(self) -> float:
         """Position with the least load factor.
 
-        Without a load factor it is the first position at which an axle is on a block that can move.
+        Without a load factor it is the first undecided position. If no position is undecided, it is the first
+        position at which an axle is on a block that can move.
         """
         if math.isfinite(self.least):
             return float(self.positions[np.nanargmin(self.load_factors)])
+        if self.is_undecided:
+            return float(self.positions[np.isnan(self.load_factors)][0])
         return next(filter(self.passage.carried, sorted(self.answers)), min(self.answers))
 
 

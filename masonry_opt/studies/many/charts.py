@@ -25,6 +25,7 @@ from masonry_opt.drawing.colours import (
 from masonry_opt.solution.thresholds import ZERO
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
+from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 
 #: Colour and mark of each kind of mechanism. Joints in pictures have the same colours.
 _LOOKS = {
@@ -132,6 +133,10 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     # Runs without a load factor are drawn at the bottom, values off the axis at the top.
     at_bottom, at_top = alt.value(alt.expr(f"height - {_STRIP_HEIGHT / 2}")), alt.value(_STRIP_HEIGHT / 2)
     tooltip = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
+    if is_crossed(frame):
+        marks = marks.assign(**frame[["axles", "direction", "position"]])
+        known = marks[on_axis]
+        tooltip += ["axles:N", "direction:N", alt.Tooltip("position:Q", format=".6~g")]
     look = {"fill": alt.Fill("series:N", scale=colours), "stroke": alt.Stroke("series:N", scale=colours)}
     look |= {"shape": alt.Shape("series:N", scale=shapes), "tooltip": tooltip}
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
@@ -145,6 +150,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     notes = [_RING] if marks["least"].any() else []
     notes += [_DASHED] if len(beside) else []
     notes += _names_of_load_factors(frame)
+    notes += _note_on_axles(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
@@ -168,6 +174,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     coloured = known.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (grey + coloured + ring.encode(x, y)).properties(height=300)
     notes += _names_of_load_factors(frame)
+    notes += _note_on_axles(frame)
     return NamedChart(HEAT_MAP, f"{_LABEL} over two numbers", chart, "; ".join(notes))
 
 
@@ -175,6 +182,11 @@ def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
     """Return a note, as a list, that explains the names of the load factors; empty without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
+
+
+def _note_on_axles(frame: pd.DataFrame) -> list[str]:
+    """Return a note, as a list, that axles cross the scene; empty if they do not."""
+    return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:

@@ -16,6 +16,7 @@ from scipy.stats import qmc
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.joints import Joint
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
@@ -151,7 +152,7 @@ class Draws:
             example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
             raise OptionError(f"give the uncertain numbers with their distributions: {example}")
         if by not in BY:
-            raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
+            raise OptionError(f"by='{by}' is unknown{instead_of(by, BY)}")
         self._by, self._parameters = by, Parameters(scene)
         self._parameters.check_names(distributions)
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}

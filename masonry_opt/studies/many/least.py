@@ -29,8 +29,9 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import JUMP, LOWER
-from masonry_opt.studies.many.runs import columns, framed
+from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.run_columns import ANSWER_COLUMNS, CROSSING_COLUMNS, framed
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
@@ -52,10 +53,18 @@ class Trial:
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
     number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
-    result: Result = field(repr=False)  #: state and mechanism: see :class:`~.standing.DeadLoadMargin`
+    answer: SceneAnswer = field(repr=False)  #: result, and the crossing of the scene if axles move over it
     certificate: Certificate | None = field(repr=False)  #: residuals of a finite ``number``
 
     __repr__ = brief
+
+    @property
+    def result(self) -> Result:
+        """State and mechanism of the scene: see :class:`~.standing.DeadLoadMargin`.
+
+        If axles move over the scene, it is the result at their worst position.
+        """
+        return self.answer.result
 
     @property
     def name(self) -> str:
@@ -102,14 +111,18 @@ class Threshold(StudyAnswer):
 
     @property
     def history(self) -> pd.DataFrame:
-        """Table of all trials: columns ``value``, ``holds``, ``number``, then those of ``mo.sweep``."""
+        """Table of all trials: columns ``value``, ``holds``, ``number``, then those of ``mo.sweep``.
+
+        If axles move over the scene, the table has the columns of their worst position too.
+        """
         rows = [
             {name: getattr(trial, name) for name in _TRIAL_COLUMNS}
-            | columns(trial.result)
+            | trial.answer.columns()
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]
-        return framed(rows, _TRIAL_COLUMNS)
+        crossed = any(trial.answer.crossing for trial in self.trials)
+        return framed(rows, _TRIAL_COLUMNS, ANSWER_COLUMNS | (CROSSING_COLUMNS if crossed else {}))
 
     @property
     def told(self) -> pd.DataFrame:
@@ -149,7 +162,7 @@ class Threshold(StudyAnswer):
     @property
     def warning_records(self) -> list[dict[str, Any]]:
         """Warnings of the results at both ends; a warning if the scene also holds beyond the threshold."""
-        records = distinct_warnings([self.holds.result, self.fails.result])
+        records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
@@ -178,7 +191,8 @@ class Threshold(StudyAnswer):
         residual = "" if worst is None else f" (largest residual {worst:.0e})"
         near = [number for number in (self.holds.number, self.load) if number is not None]
         number = numeral(end.number, _distinguishing_format(self.fails.number, near, _NUMBER_DIGITS))
-        return f"at {value}: {self._measure} {number}{residual}"
+        place = f", with {end.answer.place}" if end.answer.place else ""
+        return f"at {value}: {self._measure} {number}{residual}{place}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer without results as plain values, with None for numbers that are not finite."""
@@ -188,6 +202,8 @@ class Threshold(StudyAnswer):
         for name, end in {"holds": self.holds, "fails": self.fails}.items():
             result[name] = {"value": end.value, "number": end.number, "status": end.result.status}
             result[name]["certificate"] = end.certificate
+            if end.answer.crossing is not None:
+                result[name] |= end.answer.crossing.place
         trials = [{name: getattr(trial, name) for name in _TRIAL_COLUMNS} for trial in self.trials]
         return plain(result | {"trials": trials})
 
@@ -341,8 +357,7 @@ class _Search:
         scene = None
         try:
             scene = as_scene(self.make(value))
-            scene.refuse_without_case()
-            number, certificate, result = self._solved(scene)
+            number, certificate, answer = self._solved(scene)
         except (CaseError, NoLoadFactorError) as error:
             remedy = ""
             if self.load is not None and scene is not None and not _has_live_load(scene):
@@ -350,20 +365,25 @@ class _Search:
             raise type(error)(f"at {value:.9g}: {error}{remedy}") from None
         rounding = LOWER * max(1.0, abs(self.required))
         holds = number >= self.required - rounding
-        trial = self.trials[value] = Trial(value, holds, number, result, certificate)
+        trial = self.trials[value] = Trial(value, holds, number, answer, certificate)
         self.progress(trial)
         return trial
 
-    def _solved(self, scene: Scene) -> tuple[float, Certificate | None, Result]:
-        """Return the load factor or dead-load margin of a scene, its certificate and its result.
+    def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
+        """Return the load factor or dead-load margin of a scene, its certificate and its answer.
+
+        Axles move over the scene, unless only its dead load is examined.
 
         Without a load factor of the method the number is -inf if the scene is unstable, inf if it carries
         any load, and the associative load factor if that is below the load. Raises NoLoadFactorError
         otherwise.
         """
         if self.load is None:
-            return standing(scene)
-        result = self.session.solve(scene)
+            scene.refuse_without_case()
+            margin = standing(scene)
+            return margin.margin, margin.certificate, SceneAnswer(margin.result)
+        answer = solve_or_cross(self.session, scene)
+        result = answer.result
         if result.load_factor is not None:
             number = result.load_factor
         elif result.status is Status.UNSTABLE:
@@ -375,7 +395,7 @@ class _Search:
         else:
             why = f"{result.status}: {result.message}; narrow the range, or choose another method"
             raise NoLoadFactorError(f"it could not be decided if the load is carried: {why}")
-        return number, result.certificate, result
+        return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
         """Narrow an interval by Brent's method; return the trials at its ends, that which holds first.
@@ -461,8 +481,8 @@ class _Search:
 
 
 def _has_live_load(scene: Scene) -> bool:
-    """Return True if a block of a scene carries a live load."""
-    return bool(assemble(scene).problem.live_norm)
+    """Return True if a block of a scene carries a live load, or axles move over the scene."""
+    return scene.moves_axles or bool(assemble(scene).problem.live_norm)
 
 
 def _number(name: str, value: object) -> float:

@@ -3,8 +3,8 @@
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
 ``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name, and may have
-one: ``arch.thickness``, and for a single tie ``tie.strength`` or ``tie.rod.strength``. The numbers of a pair
-that is not a point are ``.1`` and ``.2``: ``column.width.2``.
+one: ``arch.thickness``, and for a single tie ``tie.strength`` or ``tie.rod.strength``. The numbers of a list
+or pair that is not a point are ``.1``, ``.2``, ...: ``column.width.2``, ``axles.bogie.loads.1``.
 Blocks of a generator are varied by the numbers of the generator.
 """
 
@@ -59,11 +59,12 @@ class Parameters:
     def check_names(self, names: Mapping[str, object]) -> None:
         """Raise OptionError if a name is unknown, or if two names mean the same number.
 
-        - The scene has load cases of which none is chosen.
+        - The scene has load cases of which none is chosen, and no axles that move in a load case.
         - A name is unknown. The message lists similar names.
         - Two names are those of one number, or of two numbers that exclude each other.
         """
-        self.scene.refuse_without_case()
+        if not self.scene.moves_axles:
+            self.scene.refuse_without_case()
         by_path: dict[_Path, str] = {}
         for name in names:
             if name not in self._known:
@@ -106,7 +107,7 @@ class Parameters:
             if name.startswith(head) and not any(known.startswith(head) for known in self.names):
                 heads = tuple(f"{table}." for table in _GENERATORS)
                 return f"; block '{block.name}' is built by a generator; {self._listed(heads)}"
-        return did_you_mean(name, self.names) or "; " + self._listed((f"{name.split('.')[0]}.",))
+        return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
         """Return text that lists the first names with given prefixes; if there are none, the first of all."""
@@ -140,9 +141,9 @@ def _numbers(
             yield name, field_path
         elif isinstance(value, dict) and all(map(_is_number, value.values())):
             yield from ((f"{name}.{entry}", (*field_path, entry)) for entry in value)
-        elif isinstance(value, tuple) and all(map(_is_number, value)):
-            components = "xyz" if field in _POINTS else "123"
-            for index, component in enumerate(components[: len(value)]):
+        elif isinstance(value, list | tuple) and all(map(_is_number, value)):
+            for index in range(len(value)):
+                component = "xyz"[index] if field in _POINTS else index + 1
                 yield f"{name}.{component}", (*field_path, index)
 
 

@@ -10,9 +10,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.errors import counted
-from masonry_opt.files import plain
-from masonry_opt.reporting.sentences import numeral, sentences
-from masonry_opt.solution.reasons import Reason
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
@@ -25,16 +23,12 @@ Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:
 Point = Mapping[str, float]  #: Values of a run by name.
 
 
-def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
+def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
     """Return the warnings of a run as two columns of its row: sentences and records.
 
     ``warnings`` is a text. ``warned`` has the records of the warnings for :func:`warnings_of_rows`.
     """
-    texts = sentences(warnings)
-    records = [
-        {"sentence": text, **plain(warning.as_dict())} for warning, text in zip(warnings, texts, strict=True)
-    ]
-    return {"warnings": "; ".join(texts), "warned": records}
+    return {"warnings": "; ".join(record["sentence"] for record in records), "warned": list(records)}
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
@@ -72,6 +66,15 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dic
         record = _largest_fall(frame, name, others)
         if record:
             yield record
+
+
+def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
+    """Yield a warning for each status of runs, with the number of runs and the first message."""
+    for status in rows["status"].unique():
+        of_status = rows[rows["status"] == status]
+        why = str(of_status["message"].iloc[0] or "")
+        sentence = f"{counted(len(of_status), 'run')} {kind} ({status}): {why}".removesuffix(": ")
+        yield study_warning(code, sentence, status=status, count=len(of_status), message=why)
 
 
 def is_limit(name: str) -> bool:

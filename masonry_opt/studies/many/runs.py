@@ -5,7 +5,7 @@ import pickle
 import re
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,14 +18,10 @@ from masonry_opt.analysis import Session
 from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.problem.assembly import Assembly
-from masonry_opt.reporting.load_factors import LOWEST, own_name
-from masonry_opt.result import Result
+from masonry_opt.reporting.load_factors import LOWEST
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import SMALLEST, Kind
-from masonry_opt.solution.frames import unsigned
-from masonry_opt.solution.motion import joint_motion
-from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 from masonry_opt.solvers.driver import ProgramCache
@@ -37,33 +33,14 @@ from masonry_opt.studies.many.run_warnings import (
     warnings_of_falls,
     warnings_of_rows,
 )
+from masonry_opt.studies.many.scene_answer import solve_or_cross
 from masonry_opt.studies.many.shared_states import SharedAnswer, recorded_state, shared_answers
+from masonry_opt.studies.run_columns import CROSSING_COLUMNS, RUN_COLUMNS, framed, mechanism
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 
-#: Types of the columns of a run that follow its values, by column name. Only ``seconds`` differs between
-#: machines.
-ANSWER_COLUMNS = {
-    "load_factor": "float64",
-    **dict.fromkeys(("which", "status", "reason"), "object"),
-    **dict.fromkeys(("any_load", "exact"), "boolean"),
-    "states": "Int64",
-    **dict.fromkeys(("incremental", "spread_lower", "spread_upper", "associative"), "float64"),
-    **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "float64"),
-    "mechanism": "object",
-    **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
-    "message": "object",
-    "seconds": "float64",
-}
-
-#: Columns of a run in a sweep or sample: ``state_from`` names another run in which its state was found;
-#: ``warnings`` has the warnings about its scene.
-RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
-
 #: Prefix of the columns of a sample that concern the incremental load factor.
 INCREMENTAL_COLUMN = "incremental_"
-#: Name of a mechanism with one kind of joint motion in addition to separation, by that motion.
-_MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 #: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
 _LEAST_AXIS = 0.02
 #: Function that is called with the numbers of finished runs and of all runs.
@@ -129,7 +106,7 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene with pickled settings, and return its row of the table: values by column name.
+    """Solve or cross a scene with pickled settings, and return its row of the table: values by column name.
 
     Each thread reuses its last session.
 
@@ -140,10 +117,11 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
         _thread_cache.how = how
         _thread_cache.session = Session(pickle.loads(how), ProgramCache(keeps=True))
     session: Session = _thread_cache.session
-    result = session.solve(scene)
-    entries = columns(result) | recorded_warnings(result.warnings)
-    if session.method.seeks_lowest:
-        entries |= recorded_state(result.assembly.problem, result.solution)
+    answer = solve_or_cross(session, scene)
+    entries = answer.columns() | recorded_warnings(answer.warning_records)
+    # A state under axles is a state of another run only if the axles govern at the same position there.
+    if session.method.seeks_lowest and answer.crossing is None:
+        entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
     return entries
 
 
@@ -175,7 +153,8 @@ def run_many(
     for shared in shared_answers(rows, lambda index: study.make(points[index])):
         differing = differing_values(points[shared.run], points[shared.found_in])
         rows[shared.run] = rows[shared.run] | _columns_of_state(shared, differing)
-    frame = framed(rows, list(points[0]), RUN_COLUMNS)
+    crossed = any("position" in row for row in rows)
+    frame = framed(rows, list(points[0]), RUN_COLUMNS | (CROSSING_COLUMNS if crossed else {}))
     records = [*journal.warnings] if journal else []
     records += warnings_of_rows(rows, points)
     if study.how.chosen.seeks_lowest:
@@ -277,24 +256,6 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     return journal or Journal(folder, head)
 
 
-def framed(
-    rows: Sequence[Mapping[str, Any]],
-    before: Iterable[str] | Mapping[str, str],
-    of_runs: Mapping[str, str] = ANSWER_COLUMNS,
-) -> pd.DataFrame:
-    """Return rows of runs as a frame with typed columns.
-
-    Parameters
-    ----------
-    rows: Entries by column, one dictionary a run.
-    before: Names of the first columns, or their types by name; without types they are numbers.
-    of_runs: Types of the other columns by name.
-    """
-    types = dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")
-    types |= of_runs
-    return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
-
-
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
     """Raise OptionError if a file is not a table of runs, or has runs that would be lost."""
     if not path.exists():
@@ -328,55 +289,6 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
     entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
     return dict(values) | empty | entries | {"seconds": end.seconds}
-
-
-def columns(result: Result) -> dict[str, Any]:
-    """Return the entries of ANSWER_COLUMNS for a result, except ``seconds``."""
-    assembly, solution = result.assembly, result.solution
-    spread = _spread_values(solution)
-    certificate = solution.answer.certificate.as_dict() if solution.answer else {}
-    entries: dict[str, Any] = {
-        "load_factor": solution.load_factor,
-        "which": "" if solution.load_factor is None else own_name(result),
-        "status": str(solution.status),
-        "reason": str(solution.reasons[0].code) if solution.reasons else "",
-        "any_load": solution.carries_any_load,
-        "exact": result.exact,
-        "states": solution.exact_states,
-        "incremental": solution.incremental_value,
-        "spread_lower": min(spread, default=None),
-        "spread_upper": max(spread, default=None),
-        "associative": solution.associative_value,
-        "blocks": assembly.problem.blocks,
-        "joints": len(assembly.joints.first),
-        "message": result.message,
-    }
-    return entries | certificate | mechanism(assembly, solution)
-
-
-def _spread_values(solution: Solution) -> list[float]:
-    """Return the ends of the ranges of the incremental load factor by the option ``spread``."""
-    values: list[float] = []
-    for reason in solution.reasons:
-        if reason.code is Code.SPREAD:
-            for kind in ("stiffness", "stress"):
-                values += reason.values[kind] or ()
-    return values
-
-
-def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return columns with the kind of the mechanism and the numbers of joints in each kind of motion.
-
-    Returns an empty dictionary if the solution has no mechanism.
-    """
-    if solution.d is None:
-        return {}
-    motion = joint_motion(assembly, solution)
-    counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_MECHANISM_NAMES, "separates")}
-    names = [name for kind, name in _MECHANISM_NAMES.items() if counts[kind]]
-    if not names:
-        names = ["separating" if counts["separates"] else "none"]
-    return {"mechanism": names[0] if len(names) == 1 else "mixed", **counts}
 
 
 def _scene_hash(scene: Scene) -> str:

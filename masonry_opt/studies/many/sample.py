@@ -16,11 +16,12 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import SAME
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.run_warnings import is_limit
+from masonry_opt.studies.many.run_warnings import is_limit, warnings_by_status
 from masonry_opt.studies.many.runs import (
     INCREMENTAL_COLUMN,
     RunProgress,
@@ -30,6 +31,7 @@ from masonry_opt.studies.many.runs import (
     ends,
     run_many,
 )
+from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
@@ -296,8 +298,8 @@ class Sample(StudyAnswer):
         """Yield a warning for each status of invalid or undecided runs, with the number of runs."""
         refused = self.table[self.table["status"] == REFUSED]
         undecided = self._counting[np.isnan(self.load_factors)]
-        yield from _warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
-        yield from _warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
+        yield from warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
+        yield from warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
 
     def _falls(self) -> Iterator[dict[str, Any]]:
         """Yield a warning for each friction, cohesion or strength whose increase lowers the load factor.
@@ -330,7 +332,7 @@ class Sample(StudyAnswer):
         Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
         if kind not in CHART_KINDS:
-            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(CHART_KINDS)}")
+            raise OptionError(f"kind '{kind}' is unknown{instead_of(kind, CHART_KINDS)}")
         return self.drawing(kind).on_paper()
 
     def drawing(self, kind: str) -> "NamedChart":
@@ -352,6 +354,8 @@ class Sample(StudyAnswer):
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
+        if is_crossed(self.table):
+            facts["axles"] = CROSSED_RUNS
         lower, upper = self.table["spread_lower"], self.table["spread_upper"]
         if lower.notna().any():
             share = ((upper - lower) / self.table["incremental"]).median()
@@ -378,15 +382,6 @@ class Sample(StudyAnswer):
         result["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return result | {"confidence": CONFIDENCE} | tables
-
-
-def _warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status of runs, with the number of runs and the first message."""
-    for status in rows["status"].unique():
-        of_status = rows[rows["status"] == status]
-        why = str(of_status["message"].iloc[0] or "")
-        sentence = f"{counted(len(of_status), 'run')} {kind} ({status}): {why}".removesuffix(": ")
-        yield study_warning(code, sentence, status=status, count=len(of_status), message=why)
 
 
 def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
@@ -443,6 +438,8 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     **options: Any,
 ) -> Sample:
     """Solve a scene for random, independent values of its uncertain numbers.
+
+    Axles cross the scene in each run if the scene has axles, as in ``mo.sweep``.
 
     >>> import masonry_opt as mo
     >>> wall = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)

@@ -20,7 +20,6 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import (
-    RUN_COLUMNS,
     RunProgress,
     Study,
     StudyOutput,
@@ -29,6 +28,8 @@ from masonry_opt.studies.many.runs import (
     charts_if_installed,
     run_many,
 )
+from masonry_opt.studies.many.scene_answer import place_text
+from masonry_opt.studies.run_columns import CROSSED_RUNS, PLACE, RUN_COLUMNS, is_crossed
 from masonry_opt.studies.runner import UNSOLVED
 from masonry_opt.studies.writing import chart_files
 
@@ -46,6 +47,9 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     **options: Any,
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its numbers.
+
+    Axles cross the scene in each run if the scene has axles: λ is then the least of all positions and of all
+    load cases with axles, as :func:`~masonry_opt.crossing` finds it.
 
     Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
     state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
@@ -77,6 +81,10 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
         or "none"), the numbers of joints in each of these motions (``slides``, ``hinges``, ``separates``,
         ``crushes``), ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the other run in which
         the state was found, else "") and ``warnings`` (of the run's scene).
+
+        If axles cross the scene, the columns ``load_case``, ``axles``, ``direction`` and ``position`` (of the
+        first axle) name the worst position. Further columns are ``bound`` (as in ``mo.crossing``),
+        ``positions`` (number of solved positions) and ``undecided_positions``. Such runs share no states.
 
         A failed run is a row too, with status "refused" if its values make no scene. Any other error of a
         scene function ends the sweep; with ``out`` the finished runs are kept. ``attrs["warnings"]`` lists
@@ -163,8 +171,14 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return text with the values of the first run, and the number of the other runs."""
-    first = ", ".join(f"{name} = {rows.iloc[0][name]:g}" for name in names)
+    """Return text on the first of some runs, and the number of the other runs.
+
+    The text contains the values of the run and, if axles cross its scene, their worst position.
+    """
+    row = rows.iloc[0]
+    first = ", ".join(f"{name} = {row[name]:g}" for name in names)
+    if is_crossed(rows) and pd.notna(row["position"]):
+        first += f", with {place_text(*(row[name] for name in PLACE))}"
     return f"{first}, and in {counted(len(rows) - 1, 'more run')}" if len(rows) > 1 else first
 
 
@@ -175,6 +189,8 @@ def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
     if len(load_factors):
         lines.append(f"λ from {numeral(load_factors.min(), '.6f')} to {numeral(load_factors.max(), '.6f')}")
         lines.append(f"λ is {meaning(frame.loc[load_factors.index, 'which'])}")
+        if is_crossed(frame):
+            lines.append(CROSSED_RUNS)
         lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
     shared = int((frame["state_from"] != "").sum())
     if shared:

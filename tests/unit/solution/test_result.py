@@ -31,7 +31,7 @@ from masonry_opt.solution.frames import joint_frame
 from masonry_opt.solution.motion import joint_motion, moving_blocks
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.thresholds import LOWER, MOVES, SAME, SLIDES, is_lower, same
-from masonry_opt.studies.many.runs import mechanism
+from masonry_opt.studies.run_columns import mechanism
 
 
 @pytest.mark.parametrize(

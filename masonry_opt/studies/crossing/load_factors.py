@@ -1,0 +1,207 @@
+"""Load factors of a crossing: the worst position, its load factor, and tables by position."""
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.result import Result
+from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import same
+from masonry_opt.studies.crossing.search import Passage, PassageTrials
+from masonry_opt.studies.run_columns import columns, framed
+from masonry_opt.studies.writing import records
+
+PLACE_COLUMNS = ["axles", "direction", "position"]  #: Columns that identify a position.
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrossingLoadFactors:
+    """Load factors of a scene for axles that move over its road: base class of :class:`~.answer.Crossing`."""
+
+    worst: Result
+    passages: tuple[PassageTrials, ...] = field(repr=False)
+    interrupted: bool = False
+    cases: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    default: Result | None = field(default=None, repr=False)
+    no_default: str = field(default="", repr=False)
+    required_factor: float | None = None
+
+    @property
+    def load_factor(self) -> float | None:
+        """Least load factor of all positions; None if no position has a load factor."""
+        return self.worst.load_factor
+
+    def required(self) -> float:
+        """Return the least load factor. Raises NoLoadFactorError if no position has a load factor."""
+        return self.worst.required()
+
+    @property
+    def least(self) -> PassageTrials | None:
+        """Answers of the passage with the least load factor; None if the scene is unstable."""
+        return min(self.passages, key=lambda trials: trials.least, default=None)
+
+    @property
+    def axles(self) -> str | None:
+        """Name of the group of axles at the worst position."""
+        return self.least.passage.axles.name if self.least else None
+
+    @property
+    def direction(self) -> str | None:
+        """Direction of travel at the worst position, "right" or "left"."""
+        return self.least.passage.direction if self.least else None
+
+    @property
+    def position(self) -> float | None:
+        """Abscissa of the first axle at the worst position, in the unit of length of the case."""
+        return self.least.position if self.least else None
+
+    @property
+    def at(self) -> list[float]:
+        """Abscissae of all axles at the worst position, beginning with the first axle."""
+        return (self.least.position + self.least.passage.offsets).tolist() if self.least else []
+
+    @property
+    def axle_loads(self) -> list[float]:
+        """Load of each axle of the worst group that λ = 1 stands for, beginning with the first axle.
+
+        The loads contain the factor of the group and that of the load case. They act on the effective width,
+        of which the scene carries a share.
+        """
+        if self.least is None:
+            return []
+        passage = self.least.passage
+        return [passage.case_factor * load for load in passage.axles.group.loads]
+
+    @property
+    def capacity(self) -> list[float]:
+        """Load of each axle at collapse, λ times ``axle_loads``; empty without a load factor."""
+        load_factor = self.load_factor
+        return [] if load_factor is None else [load_factor * load for load in self.axle_loads]
+
+    @property
+    def uniform_loads(self) -> list[float]:
+        """Uniform loads of the worst group per unit length that λ = 1 stands for, with all factors."""
+        if self.least is None:
+            return []
+        passage = self.least.passage
+        return (passage.case_factor * passage.strips[:, 0]).tolist()
+
+    @property
+    def uniform_at(self) -> list[list[float]]:
+        """Abscissae of the left and right end of each uniform load at the worst position."""
+        return (self.least.position + self.least.passage.strips[:, 1:]).tolist() if self.least else []
+
+    @property
+    def place(self) -> dict[str, Any]:
+        """Worst position: ``load_case``, ``axles``, ``direction``, ``position`` and ``at`` by name."""
+        names = ("axles", "direction", "position", "at")
+        return {"load_case": self.worst.load_case} | {name: getattr(self, name) for name in names}
+
+    @property
+    def resolution(self) -> float | None:
+        """Larger one of the two distances from the worst position to the next solved positions."""
+        return self.least.resolution if self.least else None
+
+    @property
+    def bound(self) -> float | None:
+        """Proven lower bound of the associative load factor at all positions; None if nothing is proven.
+
+        The value is also None if the load factor is less than the bound; a warning reports that.
+        Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords
+        inside the parabola, so that its load factors may be lower than a bound by the parabola.
+        """
+        bounds = [trials.bound for trials in self.passages if trials.bound is not None]
+        if self.interrupted or not bounds or len(bounds) < len(self.passages):
+            return None
+        bound, least = min(bounds), self.load_factor
+        if least is None or least >= bound:
+            return bound
+        # The final λ of the worst position may be less than the bound because of rounding errors, so the
+        # smaller value is returned.
+        return least if same(bound, least) else None
+
+    @property
+    def undecided(self) -> int:
+        """Number of positions at which neither a load factor nor a proof of "any load" was found."""
+        return len({tuple(row[name] for name in PLACE_COLUMNS) for row in self.undecided_at})
+
+    @property
+    def undecided_at(self) -> list[dict[str, Any]]:
+        """Records of the undecided positions, with axles, direction, position and, if any, load case."""
+        unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
+        return records(self.table.loc[unknown, [*self._case, *PLACE_COLUMNS]])
+
+    @property
+    def _case(self) -> list[str]:
+        """List with the name of the column of load cases; empty if the scene has no load cases."""
+        return ["load_case"] if self.cases else []
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """Table of all answers of the method, with one row for each position and load case.
+
+        The columns are ``load_case`` (if any), ``axles``, ``direction``, ``position`` (abscissa of the first
+        axle), then the columns of ``mo.sweep`` without ``seconds``. Where loads jump, there is a row on both
+        sides.
+        """
+        rows = []
+        for trials in self.passages:
+            for position, solution in sorted(trials.answers.items()):
+                result = self._result_at(trials.passage, position, solution)
+                rows.append(_place(trials.passage, position) | columns(result))
+        place_types = dict.fromkeys([*self._case, *PLACE_COLUMNS], "object") | {"position": "float64"}
+        return framed(rows, place_types).drop(columns="seconds")
+
+    def _result_at(self, passage: Passage, position: float, solution: Solution) -> Result:
+        """Return the result of a solution with the first axle at a position."""
+        return replace(self.worst, assembly=passage.loaded(passage.live(position)), solution=solution)
+
+    @cached_property
+    def governing(self) -> pd.DataFrame:
+        """Table with the least load factor of all load cases at each position.
+
+        If no load case has a load factor, ``load_case`` is None, and the status is that of an undecided load
+        case, if any.
+        """
+        least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(PLACE_COLUMNS)
+        rows = self.table[PLACE_COLUMNS].drop_duplicates().merge(least, how="left")
+        known = rows["load_factor"].notna()
+        return rows.assign(**{name: rows[name].where(known, None) for name in self._case})
+
+    @property
+    def by_case(self) -> dict[str, float | None]:
+        """Least load factor (or None) of each load case with axles, by the name of the load case."""
+        known = self.table.dropna(subset="load_factor")
+        least = known.groupby("load_case")["load_factor"].min().to_dict() if self._case else {}
+        return {name: least.get(name) for name in self.cases}
+
+    @property
+    def not_crossed(self) -> list[str]:
+        """Names of the load cases with axles that have no answer."""
+        answered = {self.worst.load_case, *(trials.passage.case for trials in self.passages)}
+        return [name for name in self.cases if name not in answered]
+
+    @cached_property
+    def envelope(self) -> pd.DataFrame:
+        """Table of associative load factors, which are upper bounds, with one row for each position.
+
+        The columns are ``axles``, ``direction``, ``position`` and ``associative``, NaN where any load is
+        carried.
+        """
+        rows = []
+        for trials in self.passages:
+            bounds = trials.associative
+            for x, value in zip(bounds.positions, bounds.load_factors, strict=True):
+                rows.append(_place(trials.passage, x) | {"associative": value})
+        frame = pd.DataFrame(rows, columns=[*self._case, *PLACE_COLUMNS, "associative"])
+        return frame.replace(math.inf, math.nan)
+
+
+def _place(passage: Passage, position: float) -> dict[str, Any]:
+    """Return the columns of a table row that identify a position."""
+    place = (passage.case, passage.axles.name, passage.direction, position)
+    return dict(zip(("load_case", *PLACE_COLUMNS), place, strict=True))

@@ -1,0 +1,157 @@
+"""Printed lines of a crossing: the worst position, the loads at collapse, and what is known of λ."""
+
+from masonry_opt.errors import counted
+from masonry_opt.reporting.load_factors import certainty, own_name
+from masonry_opt.reporting.names import some
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.result import Result
+from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text
+from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
+from masonry_opt.studies.crossing.search import Passage
+
+WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the least load factor.
+#: Reason why a Coulomb load factor is less than the associative one.
+_BY_FRICTION = "because sliding joints do not open with Coulomb friction"
+
+
+def facts(answer: CrossingLoadFactors) -> dict[str, str]:
+    """Return the printed lines of a crossing as text by label."""
+    worst = answer.worst
+    lines = {"case": worst.case, "method": worst.method} | _load_case_facts(answer)
+    missing_cases = some([*map(repr, answer.not_crossed)])
+    required = {}
+    if answer.required_factor is not None:
+        required["required"] = assessment_text(answer, answer.required_factor)
+    if answer.least is None:
+        lines["status"] = f"{worst.status}: {worst.message}"
+        return lines | required | ({"not crossed": missing_cases} if missing_cases else {})
+    lines |= _worst_facts(answer, answer.least.passage, required) | _associative_facts(answer)
+    if answer.undecided:
+        template = "{position:.6g} ('{axles}', {direction}"
+        template += ", in '{load_case}')" if len(answer.by_case) > 1 else ")"
+        places = some([template.format(**place) for place in answer.undecided_at])
+        lines["undecided"] = f"{counted(answer.undecided, 'position')}, at which λ may be less: {places}"
+    if answer.interrupted:
+        not_reached = f", and in load cases not reached: {missing_cases}" if missing_cases else ""
+        lines["interrupted"] = f"λ may be less at positions that were not solved{not_reached}"
+    return lines
+
+
+def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
+    """Return the printed lines on load cases: the governing one, the others, and those without axles."""
+    worst, lines = answer.worst, dict[str, str]()
+    if worst.load_case is not None:
+        governs = ", governs" if len(answer.by_case) - len(answer.not_crossed) > 1 else ""
+        lines["load case"] = f"'{worst.load_case}'{governs}: {worst.assembly.scene.load_case}"
+    others = []
+    for name, load_factor in answer.by_case.items():
+        if name not in (worst.load_case, *answer.not_crossed):
+            others.append(f"'{name}' {'none' if load_factor is None else numeral(load_factor, '.6f')}")
+    if others:
+        lines["other cases"] = f"least λ {', '.join(others)}"
+    if answer.left_out:
+        lines["left out"] = f"{some([*map(repr, answer.left_out)])}, without axles: see 'solve'"
+    return lines
+
+
+def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[str, str]) -> dict[str, str]:
+    """Return the printed lines on the worst position, which belongs to a passage.
+
+    ``required`` is the line on the required load factor, if there is one.
+    """
+    worst, group = answer.worst, passage.axles
+    governing = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
+    if worst.load_factor is not None:
+        governing = f"{numeral(worst.load_factor, '.6f')} ({own_name(worst)})"
+    source = f" ({group.group.source})" if group.group.source else ""
+    lines = {"governing λ": governing}
+    capacity = capacity_text(answer)
+    if capacity:
+        lines["at collapse"] = capacity
+    lines |= required | {"known of it": certainty(worst), "at": _where(answer)}
+    lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
+    if group.width:
+        lines["width"] = f"{passage.across:.4g} of each load, for an effective width of {group.width:g}"
+    positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
+    between = "" if answer.bound is not None else "; λ may be less between positions"
+    lines["solved"] = f"at {positions}; spacing at the worst position {spacing}{between}"
+    if passage.assembly.problem.live.any():
+        lines["beside them"] = "other live loads of the scene, which λ also multiplies"
+    return lines
+
+
+def _where(answer: CrossingLoadFactors) -> str:
+    """Return text with the abscissae of the axles and of the uniform loads at the worst position."""
+    parts = []
+    if answer.at:
+        first, *others = (numeral(x, ".6g") for x in answer.at)
+        parts.append(f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}")
+    for start, end in answer.uniform_at:
+        parts.append(f"uniform load from x = {numeral(start, '.6g')} to {numeral(end, '.6g')}")
+    return "; ".join(parts)
+
+
+def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
+    """Return the printed lines that compare the answer with classical limit analysis (associative flow)."""
+    worst, lines = answer.worst, dict[str, str]()
+    if answer.passages[0].beside is not None:
+        if worst.associative is not None and worst.load_factor is not None:
+            upper = f"{numeral(worst.associative, '.6f')} at this position, an upper bound"
+            difference = _difference(worst.load_factor, worst.associative)
+            lines["associative"] = f"{upper} by classical limit analysis: λ is {difference}"
+        return lines
+    first_look = _first_look(answer)
+    if first_look:
+        lines["first look"] = first_look
+    if answer.bound is not None:
+        law = f", with crushing by the {worst.crushing}" if worst.crushing else ""
+        proven = "proven lower bound of the associative load factor along the whole road"
+        lower = "Coulomb friction may lower λ below this bound"
+        if worst.crushing:
+            lower = "Coulomb friction and chords may lower λ below this bound"
+        lines["bound"] = f"{numeral(answer.bound, '.6f')}: {proven}{law}; {lower}"
+    return lines
+
+
+def _first_look(answer: CrossingLoadFactors) -> str:
+    """Return text on the λ of the default method at the worst position; "" if it was not computed.
+
+    The load factor of the default method is compared with the associative load factor by its own law of
+    crushing. Chords inside the parabola are a second reason why it may be less than the answer.
+    """
+    default = answer.default
+    if default is None:
+        return answer.no_default and f"not compared with the default method: {answer.no_default}"
+    subject = f"method '{default.method}', the default, finds"
+    associative, law = answer.load_factor, ""
+    if default.crushing != answer.worst.crushing:
+        associative = default.associative
+        law = " by the same law"
+    if default.load_factor is None or associative is None:
+        return f"{subject} there: {default.status}"
+    at = f"λ = {numeral(default.load_factor, '.6f')} there"
+    difference = _difference(default.load_factor, associative, law)
+    chords = _less_by_chords(answer, default) if law else ""
+    return f"{subject} {at}{chords}: {difference}; λ may be less at other positions"
+
+
+def _difference(load_factor: float, associative: float, law: str = "") -> str:
+    """Return text on the difference of a Coulomb load factor from an associative one, and its reason.
+
+    ``law`` names the law of crushing by which both are computed, as in " by the same law".
+    """
+    difference = 1 - load_factor / associative if associative > 0 else 0.0
+    named = f"the associative load factor{law}"
+    if difference <= WITHIN:
+        return f"the same as {named}"
+    return f"{difference:.2%} less than {named}, {_BY_FRICTION}"
+
+
+def _less_by_chords(answer: CrossingLoadFactors, default: Result) -> str:
+    """Return text on the difference of associative load factors by chords and by the parabola."""
+    by_chords, by_parabola = default.associative, answer.load_factor
+    law = f", with crushing by {default.crushing}"
+    if by_chords is None or by_parabola is None or by_parabola <= 0:
+        return law
+    inside = f"which lie inside the {answer.worst.crushing}"
+    return f"{law}, {inside} and lower λ by {1 - by_chords / by_parabola:.2%}"

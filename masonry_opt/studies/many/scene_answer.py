@@ -1,0 +1,84 @@
+"""Answer for one scene of a study: by the method alone, or by axles that cross the scene."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from masonry_opt.analysis import Session
+from masonry_opt.errors import counted
+from masonry_opt.reporting.names import some
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.result import Result
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.crossing.answer import Crossing
+from masonry_opt.studies.crossing.crossing import cross
+from masonry_opt.studies.run_columns import columns
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
+
+
+class SceneAnswer(NamedTuple):
+    """Result of a scene and, if axles move over the scene, their crossing."""
+
+    result: Result  #: result of the scene; of a crossing the result at the worst position
+    crossing: Crossing | None = None
+
+    def columns(self) -> dict[str, Any]:
+        """Return the entries of ANSWER_COLUMNS, and those of CROSSING_COLUMNS for a crossing."""
+        entries = columns(self.result)
+        crossed = self.crossing
+        if crossed is None:
+            return entries
+        # A scene that is unstable under its dead load is not crossed.
+        moved = crossed.least is not None
+        entries |= crossed.place | {"bound": crossed.bound}
+        entries["positions"] = len(crossed.governing) if moved else 0
+        entries["undecided_positions"] = crossed.undecided if moved else 0
+        del entries["at"]  # the offsets of the other axles are equal in all runs
+        return entries
+
+    @property
+    def place(self) -> str:
+        """Text that names the worst position of the axles, such as "'bogie' at -0.27, travelling right"."""
+        crossed = self.crossing
+        if crossed is None or crossed.position is None:
+            return ""
+        return place_text(crossed.axles, crossed.position, crossed.direction, self.result.load_case)
+
+    @property
+    def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings of the answer in the form of JSON output."""
+        if self.crossing is None:
+            return self.result.warning_records
+        return [*self.crossing.warning_records, *_warnings_of_crossing(self.crossing)]
+
+
+def place_text(axles: object, position: float, direction: object, load_case: object) -> str:
+    """Return text that names a position of axles, and the load case if there is one."""
+    text = f"'{axles}' at {numeral(position, '.6g')}, travelling {direction}"
+    return f"{text}, in load case '{load_case}'" if load_case else text
+
+
+def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
+    """Solve a scene; if axles are among its live loads, move the axles over the scene.
+
+    The axles cross in all load cases that name them, unless the scene is in a load case already. Raises
+    KeyboardInterrupt if the user interrupts a crossing, and the errors of ``mo.solve`` and ``mo.crossing``.
+    """
+    if not scene.moves_axles:
+        return SceneAnswer(session.solve(scene))
+    crossed = cross(session, scene)
+    if crossed.interrupted:
+        raise KeyboardInterrupt
+    return SceneAnswer(crossed.worst, crossed)
+
+
+def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
+    """Yield warnings about undecided positions, and about load cases in which no axles move."""
+    if crossed.least is not None and crossed.undecided:
+        count, first = crossed.undecided, crossed.undecided_at[0]["position"]
+        place = f"first axle at {numeral(first, '.6g')}" + (" and elsewhere" if count > 1 else "")
+        sentence = f"{counted(count, 'position')} of the axles undecided, at which λ may be less: {place}"
+        yield study_warning(StudyCode.POSITIONS_UNDECIDED, sentence, count=count, positions=[first])
+    if crossed.left_out:
+        cases = some([*map(repr, crossed.left_out)])
+        sentence = f"load cases without axles are left out ({cases}): give --load-case NAME to study one"
+        yield study_warning(StudyCode.CASES_WITHOUT_AXLES, sentence, cases=list(crossed.left_out))

@@ -1,0 +1,139 @@
+"""A crossing in terms of an assessment: loads at collapse, a required load factor, reasons of differences."""
+
+from dataclasses import replace
+
+import pytest
+from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
+
+import masonry_opt as mo
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.solution import Solution
+
+
+def crossed(group=None, **options):
+    return mo.crossing(OVERHANG, group or axles(3.0), **{"method": "static"} | options)
+
+
+def test_loads_at_collapse():
+    """λ P .5 = W .5: the axle weighs W at collapse, whatever its load in the case is."""
+    for load, factor in ((3.0, 1.0), (5.0, 1.0), (5.0, 2.0)):
+        found = crossed(axles(load, factor=factor))
+        assert found.axle_loads == [load * factor]
+        assert found.capacity == pytest.approx([WEIGHT], rel=1e-6)
+    assert crossed(axles(3.0)).facts()["at collapse"].startswith("axle loads 12 = λ × 3, in the force unit")
+    assert "(with the factor 2 of the group)" in crossed(axles(5.0, factor=2.0)).facts()["at collapse"]
+    two = crossed(axles(1.0, 1.0, distances=[0.1]))
+    assert two.capacity == pytest.approx([two.load_factor] * 2)
+    assert "axle loads 2 × " in two.facts()["at collapse"]
+
+
+def test_loads_at_collapse_contain_the_factor_of_the_load_case():
+    case = mo.LoadCase(name="case", live={"axles": 1.5})
+    found = mo.crossing(OVERHANG.replace(load_cases=[case]), axles(3.0), method="static")
+    assert found.axle_loads == [4.5]
+    assert found.capacity == pytest.approx([WEIGHT], rel=1e-6)
+    assert "1.5 of the load case" in found.facts()["at collapse"]
+
+
+def test_loads_at_collapse_of_a_uniform_load():
+    """8 per unit length over .5: λ 8 .5 .25 = W .5."""
+    group = axles(uniform=[mo.UniformLoad(load=8.0, start=0.0, end=0.5)])
+    found = crossed(group)
+    assert (found.axle_loads, found.capacity, found.at) == ([], [], [])
+    assert found.uniform_loads == [8.0]
+    assert "uniform loads 48 per unit length = λ × 8" in found.facts()["at collapse"]
+    assert found.facts()["at"].startswith("uniform load from x = ")
+    json = found.as_dict()
+    assert (json["uniform_loads"], json["capacity"]) == ([8.0], [])
+
+
+@pytest.mark.parametrize(("required", "passed"), [(3.9, True), (4.0, True), (4.1, False)])
+def test_a_required_load_factor(required, passed):
+    """The least load factor is 4 by hand."""
+    found = crossed(required_factor=required)
+    assert found.passed is passed
+    assert found.as_dict()["passed"] is passed
+    assert f"λ ≥ {required:g}: {'passed' if passed else 'failed'}" in str(found)
+
+
+def test_what_a_required_load_factor_is_compared_with():
+    found = crossed(required_factor=3.5)
+    assert "proven lower bound for associative flow" in found.facts()["required"] or found.bound == 4
+    # The default method found less at the worst position.
+    lighter = OVERHANG.replace(
+        blocks={"slab": {"weight": 0.75 * WEIGHT, "live": (0.0, -3.0), "live_at": (1, 0.5)}}
+    )
+    less = replace(found, default=mo.solve(lighter))
+    assert less.passed is False
+    assert "upper bound by method 'coulomb'" in less.facts()["required"]
+    interrupted = replace(found, interrupted=True)
+    assert interrupted.passed is False
+    assert "not decided, because the crossing was interrupted" in interrupted.facts()["required"]
+    (one,) = found.passages
+    failed = Solution(mo.Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
+    undecided = replace(found, passages=(replace(one, answers=one.answers | {0.7: failed}, bound=None),))
+    assert undecided.passed is False
+    assert "positions are undecided" in undecided.facts()["required"]
+    assert crossed().passed is None
+    assert "required" not in crossed().facts()
+
+
+def test_a_scene_that_falls_fails_and_one_that_carries_any_load_passes():
+    off = OVERHANG.replace(blocks={"slab": {"weight_at": (0.6, 0.5)}})
+    fallen = mo.crossing(off, axles(3.0), method="static", required_factor=1.0)
+    assert fallen.passed is False
+    assert "failed, because the scene is unstable" in str(fallen)
+    wide = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-3, 3)])
+    held = mo.crossing(wide, axles(3.0, road=[(-1, 1), (1, 1)]), method="static", required_factor=1e6)
+    assert (held.load_factor, held.passed, held.capacity) == (None, True, [])
+    assert "passed, because any load is carried" in str(held)
+
+
+@pytest.mark.parametrize("value", [0, -1.0, float("nan"), float("inf"), "3", True])
+def test_a_required_load_factor_is_a_positive_number(value):
+    with pytest.raises(mo.OptionError, match="required_factor must be a number above 0"):
+        crossed(required_factor=value)
+
+
+def test_the_command_ends_with_the_verdict(tmp_path, command):
+    mo.save(OVERHANG.replace(axles=[axles(3.0)]), tmp_path / "slab.toml")
+    asked = ("crossing", tmp_path / "slab.toml", "--method", "static", "--required-factor")
+    assert "λ ≥ 3.9: passed" in command(*asked, "3.9")
+    assert "λ ≥ 4.1: failed" in command(*asked, "4.1", code=1)
+    assert command.json(*asked, "4.1", code=1)["passed"] is False
+    assert "above 0" in command.refused(*asked, "0")
+
+
+def test_bounds_say_why_they_differ_from_the_answer():
+    static = crossed().facts()
+    assert "Coulomb friction may lower λ below this bound" in static["bound"]
+    assert "the same as the associative load factor" in static["first look"]
+    coulomb = mo.crossing(OVERHANG, axles(3.0), method="nonassociative", incremental=False).facts()
+    assert "bound" not in coulomb
+    assert "λ is the same as the associative load factor" in coulomb["associative"]
+
+
+@pytest.mark.slow
+def test_chords_are_named_as_a_reason():
+    ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
+    scene = mo.Scene(joints={"friction": 0.45, "strength": 900.0}, blocks=ring.blocks())
+    found = mo.crossing(scene, axles(60.0, road=[(-1.8, 2.3), (1.8, 2.3)]), method="static")
+    facts = found.facts()
+    assert "chords, which lie inside the parabola and lower λ by " in facts["first look"]
+    assert "Coulomb friction and chords may lower λ below this bound" in facts["bound"]
+
+
+def test_the_picture_has_a_legend_of_hinges_fill_and_loads():
+    ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
+    backing = mo.Backing(line=[(-1.7, 1.6), (1.7, 1.6)], unit_weight=20)
+    road = [(-1.7, 2.5), (1.7, 2.5)]
+    fill = mo.Fill(road=road, unit_weight=18, friction_angle=30, mobilised=0.3, backing=backing)
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=ring.blocks(), fills=[fill])
+    group = axles(40.0, road=None, uniform=[mo.UniformLoad(load=10.0, start=0.5, end=1.0)])
+    found = mo.crossing(scene, group, method="static", incremental=False, required_factor=1.0)
+    (legend,) = found.plot().legends
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert {"fill", "backing", "road", "axle", "uniform load", "required", "worst"} < {*labels}
+    assert any("hinging" in label or "sliding" in label for label in labels)
+    assert len(labels) == len({*labels})
+    assert {"block", "support"} < {*labels}

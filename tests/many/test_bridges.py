@@ -1,0 +1,248 @@
+"""Axles that cross the scene of each run: sweeps, samples and thresholds against closed forms and crossings.
+
+On the slab of ``loads.overhang`` an axle P turns the slab about the edge of its support, .5 from the middle
+of a slab that reaches .5 further: λ P .5 = W .5.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from loads.overhang import OVERHANG, WEIGHT, axles, support
+
+import masonry_opt as mo
+from masonry_opt.solution.acceptance import Kind
+from masonry_opt.solution.solution import Solution
+from masonry_opt.studies.many.charts import drawings
+from masonry_opt.studies.many.scene_answer import SceneAnswer
+from masonry_opt.studies.many.sweep import summary_text
+from masonry_opt.studies.run_columns import CROSSED_RUNS, CROSSING_COLUMNS, RUN_COLUMNS
+
+WITH_AXLES = OVERHANG.replace(axles=[axles(3.0)])
+STATIC = {"method": "static", "workers": 1}
+
+
+def in_two_cases():
+    """The slab with axles in two load cases, λ = .9 W / 4.5 and W / 9 by hand, and a third without axles."""
+    crowd = mo.Load(block="slab", live=(0.0, -6.0), at=(1.0, 0.5), group="crowd")
+    cases = [
+        mo.LoadCase(name="alone", dead={"weight": 0.9}, live={"axles": 1.5}),
+        mo.LoadCase(name="crowd too", live={"axles": 2.0, "crowd": 0.5}),
+        mo.LoadCase(name="crowd", live={"crowd": 1.0}),
+    ]
+    return WITH_AXLES.replace(loads=[crowd], load_cases=cases)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "by_hand"),
+    [
+        ("block.slab.weight", [6.0, 12.0, 30.0], [2.0, 4.0, 10.0]),
+        ("axles.a.factor", [0.5, 2.0], [8.0, 2.0]),
+        ("axles.loads.1", [3.0, 6.0], [4.0, 2.0]),
+        ("axles.a.loads.1", [3.0, 6.0], [4.0, 2.0]),
+        ("axles.width", [1.0, 4.0], [4.0, 16.0]),
+    ],
+)
+def test_each_run_is_the_least_of_all_positions(name, values, by_hand):
+    """λ P .5 = W .5, with the load times its factor, over its width."""
+    table = mo.sweep(WITH_AXLES, {name: values}, **STATIC)
+    assert table["load_factor"].to_list() == pytest.approx(by_hand, rel=1e-6)
+    assert table["position"].abs().to_list() == pytest.approx([1.0] * len(values), abs=1e-6)
+    assert [*table] == [name, *RUN_COLUMNS, *CROSSING_COLUMNS]
+    assert {*table["axles"]} == {"a"}
+    assert (table["bound"] <= table["load_factor"] * (1 + 1e-9)).all()
+    assert (table["undecided_positions"] == 0).all()
+    summary = summary_text(table, [name])
+    assert CROSSED_RUNS in summary
+    assert "with 'a' at -1" in summary
+    assert CROSSED_RUNS in drawings(table, [name])[0].notes
+
+
+def test_other_live_loads_act_too():
+    """A live load of 6 at the end of the slab and the axle there: λ (3 + 6) .5 = W .5."""
+    loaded = WITH_AXLES.replace(blocks={"slab": {"live": (0.0, -6.0), "live_at": (1.0, 0.5)}})
+    table = mo.sweep(loaded, {"joints.friction": [0.5, 0.6]}, **STATIC)
+    assert table["load_factor"].to_list() == pytest.approx([WEIGHT / 9] * 2, rel=1e-6)
+    assert (table["warnings"] == "").all()
+
+
+def test_runs_without_moving_axles_are_solved_as_before():
+    """Axles do not move in an earthquake nor on a tilted ground: a block on its floor slides at λ = μ."""
+    shaken = WITH_AXLES.replace(earthquake={"direction": "left"})
+    table = mo.sweep(shaken, {"joints.friction": [0.2, 0.3]}, **STATIC)
+    assert table["load_factor"].to_list() == pytest.approx([0.2, 0.3])
+    assert "position" not in table
+    assert "axles 'a' are left out" in table["warnings"].iloc[0]
+
+
+def test_the_least_of_all_load_cases_governs():
+    scene = in_two_cases()
+    table = mo.sweep(scene, {"block.slab.weight": [WEIGHT, 2 * WEIGHT]}, **STATIC)
+    assert table["load_factor"].to_list() == pytest.approx([WEIGHT / 9, 2 * WEIGHT / 9], rel=1e-6)
+    assert {*table["load_case"]} == {"crowd too"}
+    (warning,) = table.attrs["warning_records"]
+    assert (warning["code"], warning["cases"], warning["runs"]) == ("cases without axles", ["crowd"], 2)
+    alone = mo.sweep(scene.in_case("alone"), {"block.slab.weight": [WEIGHT]}, **STATIC)
+    assert alone["load_factor"].to_list() == pytest.approx([0.9 * WEIGHT / 4.5], rel=1e-6)
+    fixed = mo.sweep(scene.in_case("crowd"), {"block.slab.weight": [WEIGHT]}, **STATIC)
+    assert fixed["load_factor"].to_list() == pytest.approx([WEIGHT / 6], rel=1e-6)
+    assert "position" not in fixed
+    factors = mo.sweep(scene, {"load_case.alone.live.axles": [1.5, 6.0]}, **STATIC)
+    assert factors["load_case"].to_list() == ["crowd too", "alone"]
+    assert factors["load_factor"].to_list() == pytest.approx([WEIGHT / 9, 0.9 * WEIGHT / 18], rel=1e-6)
+
+
+def small_bridge(**joints):
+    """An arch of six voussoirs under fill that presses on its back, with an axle over it."""
+    ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
+    fill = mo.Fill(road=[(-1.7, 2.5), (1.7, 2.5)], unit_weight=18, friction_angle=30, mobilised=0.3)
+    return mo.Scene(
+        joints={"friction": 0.5} | joints,
+        blocks=ring.blocks(),
+        fills=[fill],
+        axles=[axles(40.0, road=None)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("joints.friction", [0.3, 0.6]),
+        ("fill.mobilised", [0.15, 0.9]),
+        pytest.param("joints.strength", [500.0, 5000.0], marks=pytest.mark.slow),
+        pytest.param("thickness", [0.5, 2.0], marks=pytest.mark.slow),
+    ],
+)
+def test_a_sweep_of_a_bridge_equals_single_crossings(name, values):
+    scene = small_bridge()
+    table = mo.sweep(scene, {name: values}, **STATIC)
+    changes = {
+        "joints.friction": lambda value: {"friction": value},
+        "joints.strength": lambda value: {"strength": value},
+        "fill.mobilised": lambda value: {"fills": [scene.fills[0].replace(mobilised=value)]},
+        "thickness": lambda value: {"thickness": value},
+    }
+    for value, run in zip(values, table.to_dict("records"), strict=True):
+        alone = mo.crossing(scene.replace(**changes[name](value)), method="static")
+        assert run["load_factor"] == pytest.approx(alone.load_factor, rel=1e-7)
+        assert run["bound"] == pytest.approx(alone.bound, rel=1e-6)
+        assert run["direction"] == alone.direction
+        there = mo.solve(alone.least.passage.scene(run["position"]), "static")
+        assert there.load_factor == pytest.approx(run["load_factor"], rel=1e-7)
+    assert table["load_factor"].iloc[0] < table["load_factor"].iloc[1]
+
+
+@pytest.mark.slow
+def test_a_sweep_by_the_default_method_equals_single_crossings():
+    scene = small_bridge()
+    table = mo.sweep(scene, {"joints.friction": [0.3, 0.5]}, workers=1)
+    for value, run in zip([0.3, 0.5], table.to_dict("records"), strict=True):
+        alone = mo.crossing(scene.replace(friction=value))
+        assert run["load_factor"] == pytest.approx(alone.load_factor, rel=1e-6)
+        assert run["incremental"] == pytest.approx(alone.worst.incremental, rel=1e-6)
+        assert run["load_factor"] <= run["associative"] * (1 + 1e-6)
+
+
+@pytest.mark.slow
+def test_two_spans_by_friction():
+    """λ = 3.2495 for μ = .3 and 4.2205 from μ = .4, by a linear program made from the geometry alone."""
+    friction = [0.3, 0.4, 0.8]
+    table = mo.sweep(Path(__file__).parent / "two_spans.toml", {"joints.friction": friction}, **STATIC)
+    assert table["load_factor"].to_list() == pytest.approx([3.2495, 4.2205, 4.2205], abs=5e-5)
+    assert table["mechanism"].to_list() == ["mixed", "hinging", "hinging"]
+
+
+def test_a_sample_of_a_scene_with_axles():
+    """λ = W / 3 in each run; a slab half as long as the support falls in none."""
+    found = mo.sample(WITH_AXLES, {"block.slab.weight": ("uniform", 6.0, 18.0)}, n=8, **STATIC)
+    assert found.load_factors == pytest.approx(found.table["block.slab.weight"] / 3, rel=1e-6)
+    assert (found.undecided, found.refused, found.falling) == (0, 0, 0)
+    assert found.facts()["axles"] == CROSSED_RUNS
+    assert found.sensitivity()["rank_correlation"].to_list() == pytest.approx([1.0])
+
+
+def test_a_scene_that_falls_and_one_that_carries_any_load():
+    """Held on one side of its middle the slab falls; between the ends of a wide support it carries any."""
+    off = OVERHANG.replace(blocks={"slab": {"weight_at": (0.6, 0.5)}}, axles=[axles(3.0)])
+    fallen = mo.sweep(off, {"block.slab.weight": [6.0, 12.0]}, **STATIC)
+    assert {*fallen["status"]} == {str(mo.Status.UNSTABLE)}
+    assert fallen["position"].isna().all()
+    assert "unstable" in summary_text(fallen, ["block.slab.weight"])
+    wide = mo.Scene(joints={"friction": 0.5}, blocks=[OVERHANG["slab"], support(-3, 3)])
+    held = wide.replace(axles=[axles(3.0, road=[(-1, 1), (1, 1)])])
+    found = mo.sample(held, {"block.slab.weight": ("uniform", 6.0, 12.0)}, n=2, **STATIC)
+    assert found.unlimited == 2
+
+
+def test_an_undecided_position_is_not_hidden_by_any_load_elsewhere():
+    whole = mo.crossing(WITH_AXLES, method="static")
+    (one,) = whole.passages
+    failed = Solution(mo.Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
+    unlimited = Solution(mo.Status.UNLIMITED, Kind.ASSOCIATIVE)
+    trials = replace(one, answers={-0.2: unlimited, 0.9: failed})
+    assert trials.position == 0.9
+    crossed = replace(whole, passages=(trials,))
+    (warning,) = SceneAnswer(crossed.worst, crossed).warning_records
+    assert warning["code"] == "positions undecided"
+    assert (warning["count"], warning["positions"]) == (1, [0.9])
+    columns = SceneAnswer(crossed.worst, crossed).columns()
+    assert (columns["positions"], columns["undecided_positions"]) == (2, 1)
+
+
+def test_the_least_weight_that_carries_the_axles():
+    """W / 3 = 2 at W = 6; the axles count only with a load factor to be carried."""
+
+    def of(weight):
+        return WITH_AXLES.replace(blocks={"slab": {"weight": weight}})
+
+    found = mo.least(of, 1.0, 30.0, load=2.0, method="static")
+    assert found.value == pytest.approx(6.0, rel=1e-5)
+    assert found.holds.answer.crossing.axles == "a"
+    assert found.as_dict()["holds"]["axles"] == "a"
+    assert "with 'a' at -1, travelling right" in str(found)
+    assert found.history["position"].abs().to_list() == pytest.approx([1.0] * found.evaluations, abs=1e-6)
+    with pytest.raises(mo.OptionError, match="give the load factor to be carried"):
+        mo.least(of, 1.0, 30.0)
+    with pytest.raises(mo.OptionError, match="has load cases"):
+        mo.least(lambda _: in_two_cases(), 1.0, 2.0)
+    in_cases = mo.most(
+        lambda w: in_two_cases().replace(axles=[axles(w)]), 1.0, 30.0, load=1.0, method="static"
+    )
+    assert in_cases.value == pytest.approx((WEIGHT - 3) / 2, rel=1e-5)  # (2 P + 3) .5 = W .5
+    assert in_cases.warning_records[0]["code"] == "cases without axles"
+
+
+def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
+    """A crossing returns its positions after Ctrl-C; a study must not take these for all positions."""
+    whole = mo.crossing(WITH_AXLES, method="static")
+    interrupted = replace(whole, interrupted=True)
+    monkeypatch.setattr("masonry_opt.studies.many.scene_answer.cross", lambda *_: interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        mo.least(lambda _: WITH_AXLES, 1.0, 2.0, load=1.0, method="static")
+
+
+def test_bad_input_names_what_to_change():
+    with pytest.raises(mo.OptionError, match=r"'axles.a.load.1'.*did you mean 'axles.a.loads.1'"):
+        mo.sweep(WITH_AXLES, {"axles.a.load.1": [1.0]}, **STATIC)
+    with pytest.raises(mo.MasonryError, match=r"axles.a.loads.1 = -3.*must be greater than 0"):
+        mo.sweep(WITH_AXLES, {"axles.a.loads.1": [-3.0]}, **STATIC)
+    low = WITH_AXLES.replace(axles=[axles(3.0, road=[(-5, 0.5), (5, 0.5)])])
+    with pytest.raises(mo.MasonryError, match=r"no run was solved: 1 of 1 refused: .*road of axles 'a'"):
+        mo.sweep(low, {"block.slab.weight": [1.0]}, **STATIC)
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_the_command_names_the_worst_position(tmp_path, command):
+    mo.save(WITH_AXLES, tmp_path / "slab.toml")
+    asked = ("--vary", "block.slab.weight=6,12", "--method", "static", "--workers", "1")
+    told = command("sweep", tmp_path / "slab.toml", *asked, "--out", tmp_path / "out")
+    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right" in told
+    written = pd.read_csv(tmp_path / "out" / "runs.csv")
+    np.testing.assert_allclose(written["load_factor"], [2.0, 4.0], rtol=1e-6)
+    assert written["position"].abs().to_list() == pytest.approx([1.0, 1.0], abs=1e-6)
+    again = command("sweep", tmp_path / "slab.toml", *asked, "--out", tmp_path / "out")
+    assert again == told
+    least = ("--vary", "block.slab.weight=1:30", "--load", "2", "--method", "static")
+    assert "least value      5.99999" in command("least", tmp_path / "slab.toml", *least)
