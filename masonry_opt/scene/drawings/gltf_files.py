@@ -98,10 +98,11 @@ class _Gltf:
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
-        queue = [(int(number), np.eye(4), "") for number in roots]
+        # The last entry is taken next, so that nodes are in the order of the file.
+        queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
         visited: set[int] = set()
         while queue:
-            number, above, layers = queue.pop(0)
+            number, above, layers = queue.pop()
             if number in visited:
                 raise ValueError("not valid glTF: a node has two parents; export the stones again")
             visited.add(number)
@@ -109,7 +110,7 @@ class _Gltf:
             matrix = above @ _transformation(node)
             yield node, matrix, layers
             below = f"{layers} {node.get('name', '')}"
-            queue += [(int(child), matrix, below) for child in node.get("children", ())]
+            queue += [(int(child), matrix, below) for child in reversed(node.get("children", []))]
 
     def _primitives(self, primitives: list[dict[str, Any]]) -> tuple[np.ndarray, list[list[int]]]:
         """Return the corners and the triangles of a mesh's primitives together."""

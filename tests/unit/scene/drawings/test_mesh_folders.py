@@ -159,15 +159,15 @@ def changed(**keys):
 
 
 BROKEN = {
-    "cut off": (GOOD[:-100], "the file ends before its last corner"),
+    "cut off": (GOOD[:-100], "not valid glTF: the file ends before its last corner"),
     "version 1": (GOOD[:4] + b"\1" + GOOD[5:], "is glTF version 1: export version 2"),
     "no JSON": (b"solid", "not valid glTF: "),
     "a list": (b"[]", "not valid glTF: the JSON part is not an object"),
     "no mesh": (changed(nodes=[{"name": "camera"}]), "has no complete faces"),
     "missing parts": (changed(meshes=[{}]), "not valid glTF: a part is missing"),
     "another file": (changed(buffers=[{"uri": "stone.bin"}]), r"refers to another file \(stone\.bin\)"),
-    "no base64": (changed(buffers=[{"uri": "data:;base64,?"}]), "is not base64 text"),
-    "a node in itself": (changed(nodes=[{"children": [0]}]), "a node has two parents"),
+    "no base64": (changed(buffers=[{"uri": "data:;base64,?"}]), "not valid glTF: a buffer is not base64 text"),
+    "a node in itself": (changed(nodes=[{"children": [0]}]), "not valid glTF: a node has two parents"),
     "compressed": (
         changed(
             meshes=[{"primitives": [{"attributes": {}, "extensions": {"KHR_draco_mesh_compression": {}}}]}]
