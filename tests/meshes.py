@@ -77,8 +77,8 @@ def ply(blocks):
 def glb(nodes, meshes):
     """A binary glTF file, version 2.0, written by hand from the standard.
 
-    Each node is a dictionary of the standard's keys. Nodes that no other node names as a child are roots. Each
-    mesh is a list of primitives, each a pair of corners and triangles.
+    Each node is a dictionary of the standard's keys. Nodes that no other node names as a child are roots.
+    Each mesh is a list of primitives, each a pair of corners and triangles.
     """
     binary, views, accessors, entries = b"", [], [], []
     for primitives in meshes:
@@ -98,5 +98,7 @@ def glb(nodes, meshes):
     tree |= {"bufferViews": views, "accessors": accessors, "buffers": [{"byteLength": len(binary)}]}
     text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    chunks = (
+        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks

@@ -17,7 +17,7 @@ from masonry_opt.scene.drawings.meshes import Mesh, used
 _HEADER = (b"glTF", 2)
 
 #: Numpy types of the numbers in accessors, by the code ``componentType`` (glTF 2.0, section 3.6.2.2).
-_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 #: Codes of the primitives that are triangles, strips of triangles and fans of triangles. Points and lines are
 #: ignored.
@@ -138,7 +138,7 @@ class _Gltf:
         if "sparse" in accessor or "bufferView" not in accessor:
             raise ValueError("has a sparse accessor, which is not read: export the stones without shape keys")
         view = self.tree["bufferViews"][accessor["bufferView"]]
-        kind = np.dtype(_TYPES[accessor["componentType"]])
+        kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
         row = columns * kind.itemsize
         stride = view.get("byteStride", row)
         start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)

@@ -21,7 +21,8 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 #: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
-#: Upward axis of mesh files, by the ending of their names; of other files it is z. The glTF standard demands y.
+#: Upward axis of mesh files, by the ending of their names; of other files it is z. The glTF standard
+#: demands y.
 _UPWARDS = {".glb": "y", ".gltf": "y"}
 
 #: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle takes about 100 bytes.
@@ -133,7 +134,7 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _sort_key(file: Path) -> list[tuple[int, str]]:
-    """Return a key that sorts file names with numbers in the order of their values: stone_2 before stone_10."""
+    """Return a key that sorts file names with numbers by value: stone_2 before stone_10."""
     parts = re.findall(r"([0-9]{1,18})|([^0-9]+)", file.name.casefold())
     return [(int(digits), "") if digits else (-1, text) for digits, text in parts]
 

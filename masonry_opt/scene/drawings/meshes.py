@@ -20,7 +20,7 @@ _NOISE = 4.0
 
 #: Smallest singular value, relative to the largest, of the normals at a corner that is moved onto its planes.
 #: With a smaller value, corners between nearly parallel planes move farther.
-_LEAST_SINGULAR_VALUE = 0.02
+_LEAST_NORMAL_SPREAD = 0.02
 
 #: Cosine of the largest angle between faces that may be merged to one plane side.
 _PARALLEL_COSINE = 0.9
@@ -170,7 +170,7 @@ def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
     for corner, sides in sides_at.items():
         normals = np.array([side.normal for side in sides])
         heights = np.array([(points[corner] - side.base) @ side.normal for side in sides])
-        move = np.linalg.pinv(normals, rcond=_LEAST_SINGULAR_VALUE) @ heights
+        move = np.linalg.pinv(normals, rcond=_LEAST_NORMAL_SPREAD) @ heights
         if np.linalg.norm(move) > 2 * noise:
             return None
         points[corner] -= move

@@ -82,7 +82,9 @@ def naming(what: str) -> Iterator[None]:
         yield
     except ValueError as error:
         lines = str(error).splitlines()
-        raise CaseError("\n".join(line if line.startswith(what) else f"{what} {line}" for line in lines)) from None
+        raise CaseError(
+            "\n".join(line if line.startswith(what) else f"{what} {line}" for line in lines)
+        ) from None
 
 
 def refuse(mistakes: Sequence[str]) -> None:

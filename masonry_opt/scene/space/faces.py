@@ -317,7 +317,8 @@ def _height_of_part(
     surfaces : Surfaces
         All faces.
     face, leader : ndarray
-        Indices of the faces, and of the faces in whose planes they may lie. Faces of one part have one leader.
+        Indices of the faces, and of the faces in whose planes they may lie. Faces of one part have one
+        leader.
     geometry : tuple of ndarray
         Middle and unit normal of each face.
     """

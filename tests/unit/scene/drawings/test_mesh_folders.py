@@ -12,8 +12,8 @@ from touching_solids import contacts_of
 import masonry_opt as mo
 from masonry_opt.scene.space.shapes import shapes
 
-#: A high stone on a low stone on the ground. A horizontal load overturns the high stone, which is 2 wide and 4
-#: high, at λ = (2/2) / (4/2) = 0.5. Both stones together overturn about an edge of the lower one at λ = 2/5.
+#: A high stone on a low stone on the ground. A horizontal load overturns the high stone, which is 2 wide and
+#: 4 high, at λ = (2/2) / (4/2) = 0.5. Both stones together overturn about an edge of the lower one at λ = 2/5.
 GROUND = box((-1, 3), (-1, 2), (-1, 0))
 LOW = box((0, 2), (0, 1), (0, 1))
 HIGH = box((0, 2), (0, 1), (1, 5))
@@ -166,7 +166,10 @@ BROKEN = {
     "no mesh": (changed(nodes=[{"name": "camera"}]), "has no complete faces"),
     "missing parts": (changed(meshes=[{}]), "not valid glTF: a part is missing"),
     "another file": (changed(buffers=[{"uri": "stone.bin"}]), r"refers to another file \(stone\.bin\)"),
-    "no base64": (changed(buffers=[{"uri": "data:;base64,?"}]), "not valid glTF: a buffer is not base64 text"),
+    "no base64": (
+        changed(buffers=[{"uri": "data:;base64,?"}]),
+        "not valid glTF: a buffer is not base64 text",
+    ),
     "a node in itself": (changed(nodes=[{"children": [0]}]), "not valid glTF: a node has two parents"),
     "compressed": (
         changed(

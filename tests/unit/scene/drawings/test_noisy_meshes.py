@@ -17,8 +17,8 @@ from masonry_opt.scene.space.shapes import shapes
 #: Two stones of the EPFL data set Rigid-Block-3D, made from scans of a wall (MIT licence).
 SCANNED = Path(__file__).parent / "stones" / "scanned_stone.obj"
 
-#: Two frusta on six sides, as exported: all faces are closed and consistently wound, and corners are off their
-#: planes by up to 6e-6 of the size. Faces with the numbers of corners from 1.
+#: Two frusta on six sides, as exported: all faces are closed and consistently wound, and corners are off
+#: their planes by up to 6e-6 of the size. Faces with the numbers of corners from 1.
 FRUSTUM = """
 1.00000271 0.00000416 0  0.49999861 0.86601598 0  -0.50000740 0.86602651 0  -1.00000359 0.00000173 0
 -0.50000851 -0.86602298 0  0.50000429 -0.86601911 0  1.19999416 0.00000116 0.59999300
@@ -124,7 +124,7 @@ def refused(seeds, tmp_path, names=tuple(STONES)):
 
 
 def test_noisy_stones_are_read_and_weigh_what_they_weigh(tmp_path):
-    """Forty stones of simple shapes; the weight without noise is known by hand or by the divergence theorem."""
+    """Forty stones of simple shapes; the divergence theorem gives their weight without noise."""
     simple = [name for name in STONES if "triangles" not in name]
     assert refused(range(40), tmp_path, simple) == {}
 
@@ -174,7 +174,7 @@ def test_flattened_stones_touch_their_neighbours(tmp_path):
     """Two boxes that share noisy corners: both flatten the shared face to one plane."""
     tolerance = 1e-4
     low, faces = STONES["box"]
-    high = low + [0, 0, 0.5]
+    high = low + np.array([0, 0, 0.5])
     noise = 2 * tolerance * np.random.default_rng(0).uniform(-1, 1, (3, 4, 3))
     low, high = low + np.vstack(noise[:2]), high + np.vstack(noise[1:])
     path = tmp_path / "stones.obj"
@@ -220,7 +220,9 @@ def test_surfaces_that_cross_are_refused_with_a_place_in_both(tmp_path):
         mo.read_mesh(path, friction=0.7, unit_weight=1.0)
     place = re.search(r"near \((.*?)\)", str(refusal.value))[1]
     x, y, z = map(float, place.split(","))
-    assert (1 < x < 2) and (0 < y < 1) and (2 < z < 3)
+    assert 1 < x < 2
+    assert 0 < y < 1
+    assert 2 < z < 3
 
 
 def test_all_broken_blocks_of_a_file_are_named_at_once(tmp_path):
