@@ -121,7 +121,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
             )
     if not parts:
         raise ValueError(
-            f"has no volume that is thicker than the tolerance of {tolerance:.3g}: draw the faces of a solid, "
+            f"has no volume thicker than the tolerance of {tolerance:.3g}: draw the faces of a solid, "
             "or lower 'tolerance'"
         )
     _check_volume(block, parts, tolerance)

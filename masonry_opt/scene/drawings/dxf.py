@@ -206,7 +206,7 @@ def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing)
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
         if len(found) == 1 and found[0].polygon.interiors:
             raise ValueError(
-                f"{found[0].curve.where} surrounds all other outlines, which become its holes: omit the layer "
+                f"{found[0].curve.where} surrounds all other outlines, which become holes: omit the layer "
                 "of the frame with 'without_layers' (--without-layer)"
             )
         instead = "move the supports to such a layer, name their layer with 'fixed_layers' (--fixed-layer), "

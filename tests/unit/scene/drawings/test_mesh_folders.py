@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.scene.space.shapes import shapes
 
 #: A high stone on a low stone on the ground. A horizontal load overturns the high stone, which is 2 wide and
-#: 4 high, at λ = (2/2) / (4/2) = 0.5. Both stones together overturn about an edge of the lower one at λ = 2/5.
+#: 4 high, at λ = (2/2) / (4/2) = 0.5. Both together overturn about an edge of the lower one at λ = 2/5.
 GROUND = box((-1, 3), (-1, 2), (-1, 0))
 LOW = box((0, 2), (0, 1), (0, 1))
 HIGH = box((0, 2), (0, 1), (1, 5))
