@@ -1,5 +1,6 @@
-"""Files of meshes in the forms that modellers write: OBJ, PLY, STL."""
+"""Files of meshes in the forms that modellers write: OBJ, PLY, STL, glTF."""
 
+import json
 import struct
 from itertools import pairwise
 
@@ -71,3 +72,33 @@ def ply(blocks):
     rows = [" ".join(map(str, corner)) for corner in np.concatenate(quads)]
     rows += [f"4 {4 * n} {4 * n + 1} {4 * n + 2} {4 * n + 3}" for n in range(len(quads))]
     return (head + "\n".join(rows) + "\n").encode()
+
+
+def glb(nodes, meshes):
+    """A binary glTF file, version 2.0, written by hand from the standard.
+
+    Each node is a dictionary of the standard's keys. Nodes that no other node names as a child are roots.
+    Each mesh is a list of primitives, each a pair of corners and triangles.
+    """
+    binary, views, accessors, entries = b"", [], [], []
+    for primitives in meshes:
+        written = []
+        for corners, faces in primitives:
+            points, indices = np.asarray(corners, "<f4"), np.asarray(faces, "<u2").ravel()
+            for numbers, kind, code in ((points, "VEC3", 5126), (indices, "SCALAR", 5123)):
+                views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": numbers.nbytes})
+                row = {"bufferView": len(views) - 1, "componentType": code, "count": len(numbers)}
+                accessors.append(row | {"type": kind})
+                binary += numbers.tobytes() + bytes(-numbers.nbytes % 4)
+            written.append({"attributes": {"POSITION": len(views) - 2}, "indices": len(views) - 1})
+        entries.append({"primitives": written})
+    below = {child for node in nodes for child in node.get("children", ())}
+    tree = {"asset": {"version": "2.0"}, "scene": 0, "nodes": nodes, "meshes": entries}
+    tree |= {"scenes": [{"nodes": [number for number in range(len(nodes)) if number not in below]}]}
+    tree |= {"bufferViews": views, "accessors": accessors, "buffers": [{"byteLength": len(binary)}]}
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = (
+        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    )
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks

@@ -42,7 +42,7 @@ _METHOD = (
     "For programs: static (default), kinematic or global (any file), mpec or mcp (.nl). For solids: "
     "method whose mechanism and forces are written (default: blocks at rest)."
 )
-_IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
+_IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or folder of meshes."
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
@@ -136,12 +136,13 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
-    suffix = drawing.suffix.lower()
+    # A folder is read as a mesh, whatever its name ends with.
+    suffix = MESHES[0] if drawing.is_dir() else drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
         raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
-        ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
+        ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data, or a folder of meshes"
         raise OptionError(f"{drawing}: a drawing must be a file that ends in {ends}")
     missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
     if missing:

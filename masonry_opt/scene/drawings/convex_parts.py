@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, flattened, polyhedron
+from masonry_opt.scene.drawings.winding import fan_triangles, winding_number
 from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.faces import place
@@ -17,9 +18,16 @@ _MOST_PIECES = 1000
 #: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
 _COPLANAR_SHARE = 1e-3
 
+#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, a part may count as
+#: having no volume after rounding.
+_THINNEST = 2.0
+
 #: Largest share of a block's volume in parts that are omitted because they are thinner than the tolerance.
 #: For a block with curved surfaces the share is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
+
+#: Positions of points between the middle and the corners of a hull: 0 is the middle, 1 a corner.
+_SHARES = (0.35, 0.7)
 
 #: Corners of a unit square.
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -41,65 +49,109 @@ class _Pieces(NamedTuple):
         return bounds(piece, over, len(self.rings))
 
 
+def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
+    """Return a closed mesh as convex solids, which are parts of one block.
+
+    1. If the corners are at most four tolerances away from the planes of the sides, the sides are flattened.
+    2. A solid that is convex within the tolerance is one part.
+    3. If the convex hull adds less volume than the tolerance times the surface, the hull is the only part.
+    4. Otherwise the solid is divided into convex parts.
+
+    Raises ValueError if the mesh does not enclose a volume, crosses itself, or needs too many parts.
+    """
+    whole = polyhedron(mesh, tolerance)
+    flat = flattened(mesh, tolerance)
+    if flat is not None and len(flat.sides) < len(whole.sides):
+        whole = flat
+    if whole.convex(tolerance):
+        return [whole]
+    hull = _hull(whole.corners, tolerance)
+    if hull and _fills(whole, hull, tolerance):
+        return [hull]
+    return convex_parts(whole, tolerance)
+
+
+def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
+    """Return True if a block is its convex hull, except for a layer of the thickness of the tolerance.
+
+    Surfaces that cross each other may enclose the volume of the hull by chance. The winding number is
+    therefore computed at points between the middle of the hull and its corners.
+    """
+    if abs(hull.volume - block.volume) > tolerance * block.area:
+        return False
+    surface = fan_triangles(block)
+    corners = hull.corners
+    middle = corners.mean(axis=0)
+    points = [middle, *(middle + share * (corner - middle) for corner in corners for share in _SHARES)]
+    return all(0.5 < winding_number(point, surface) < 1.5 for point in points)
+
+
 def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     """Divide a closed polyhedron into convex polyhedra.
 
     The algorithm is binary space partition (Fuchs, Kedem and Naylor 1980). Space is cut along the planes of
-    sides, and each cell along those of the sides in it, until no cell has a side inside. A cell is then full
-    or empty. Sides that cut off only empty space come first, then those that cut the fewest other sides.
-    Parts thinner than the tolerance are left out. If there are several closed surfaces, which may touch, the
-    parts are those of all.
+    sides, and each cell along the planes of the sides in it, until no cell has a side inside. Sides that cut
+    off only empty space come first, then those that cut the fewest other sides. A cell is a part if the
+    winding number of the block's surface at the middle of the cell is 1. Parts thinner than the tolerance
+    are omitted. If the block has several closed surfaces, which may touch, the parts fill all of them.
 
     Raises ValueError if the sides do not close or cross each other, if there are too many parts, or if there
     is none.
     """
     sides = [side for side in block.sides if side.width > tolerance]
+    if not sides:
+        raise ValueError(f"has no face wider than the tolerance of {tolerance:.3g}: lower 'tolerance'")
     base, normal = np.array([(side.base, side.normal) for side in sides]).reshape(-1, 2, 3).swapaxes(0, 1)
-    corners = block.points[np.unique([corner for side in sides for ring in side.rings for corner in ring])]
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    low, high = low - (high - low), high + (high - low)
-    cell = [low + face * (high - low) for face in _UNIT_BOX]
-    queue = [(_pieces(block.points, sides, tolerance), cell)]
+    surface = fan_triangles(block)
+    queue = [(_pieces(block.points, sides, tolerance), _box_around(block.points, sides))]
     parts: list[MeshSolid] = []
     while queue:
         pieces, cell = queue.pop()
         number = _best(pieces, base, normal, tolerance)
         halves = _divided(pieces, base[number], normal[number], tolerance)
-        # If two sides in the plane have opposite normals, two closed surfaces touch there; the half in front
-        # of the plane is then solid too.
-        within = np.setdiff1d(pieces.side, np.concatenate([half.side for half in halves]))
-        ahead = (base[within] - base[number]) @ normal[number] > -_COPLANAR_SHARE * tolerance
-        touching = bool((ahead & (normal[within] @ normal[number] < 0)).any())
-        for half, sign, full in zip(halves, (-1.0, 1.0), (touching, True), strict=True):
-            clipped = _clipped(cell, base[number], sign * normal[number]) if half.rings or full else []
+        for half, sign in zip(halves, (-1.0, 1.0), strict=True):
+            clipped = _clipped(cell, base[number], sign * normal[number])
             if half.rings:
                 queue.append((half, clipped))
-                continue
-            part = _part(clipped, tolerance)
-            if part:
-                parts.append(part)
+            elif clipped:
+                parts += _part(clipped, surface, tolerance)
         if len(parts) + len(queue) > _MOST_PIECES:
             raise ValueError(
                 f"is not convex and would need more than {_MOST_PIECES} convex parts: simplify the block"
             )
     if not parts:
-        raise ValueError("has no volume: draw the faces of a solid, all oriented outwards")
+        raise ValueError(
+            f"has no volume thicker than the tolerance of {tolerance:.3g}: draw the faces of a solid, "
+            "or lower 'tolerance'"
+        )
     _check_volume(block, parts, tolerance)
     return parts
 
 
+def _box_around(points: np.ndarray, sides: list[Side]) -> list[np.ndarray]:
+    """Return the faces of a box that contains all sides and is three times as large as them."""
+    corners = points[np.unique([corner for side in sides for corner in side.rings[0]])]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = low - (high - low), high + (high - low)
+    return [low + face * (high - low) for face in _UNIT_BOX]
+
+
 def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
     """Raise ValueError if the volumes of a block's parts do not add up to the volume of the block."""
-    off = abs(sum(part.volume for part in parts) - block.volume)
+    missing = abs(sum(part.volume for part in parts) - block.volume)
+    rounding = tolerance * block.area
     edge = block.unclosed()
-    rounding = tolerance * sum(side.area for side in block.sides)
-    if edge is not None and off > rounding:
+    if edge is not None and missing > rounding:
         one, other = map(place, edge)
         raise ValueError(
             f"is not closed at its edge from {one} to {other}: each edge must belong to two faces"
         )
-    if off > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
-        raise ValueError("has faces that cross or coincide: draw one closed surface")
+    if missing > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
+        share = missing / abs(block.volume)
+        raise ValueError(
+            f"has {share:.2g} of its volume in places thinner than the tolerance of {tolerance:.3g}: "
+            "lower 'tolerance', or remove the thin places"
+        )
 
 
 def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
@@ -171,15 +223,34 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
     return faces
 
 
-def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
-    """Return a cell as a polyhedron, or None if the cell is thinner than the tolerance."""
+def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
+    """Return the convex polyhedron that fills a cell, in a list; the list is empty if there is none.
+
+    A cell outside the block has no polyhedron. A cell thinner than the tolerance has none either. Raises
+    ValueError if the cell is inside a surface that crosses itself.
+    """
+    points = np.concatenate(cell)
+    middle = points.mean(axis=0)
+    winding = winding_number(middle, surface)
+    if abs(winding) < 0.5:
+        return []
+    shape = _hull(points[np.unique(first_near(points, tolerance / 4))], tolerance)
+    if shape is None:
+        return []
+    if not 0.5 < winding < 1.5:
+        raise ValueError(f"has faces that cross or coincide near {place(middle)}: draw one closed surface")
+    return [shape]
+
+
+def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
+    """Return the convex hull of points, or None if the hull is thinner than the tolerance.
+
+    The convex hull is a closed surface in spite of rounding errors of the points.
+    """
     # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
     from scipy.spatial import ConvexHull, QhullError
 
-    points = np.concatenate(cell) if cell else np.zeros((0, 3))
-    corners = points[np.unique(first_near(points, tolerance / 4))]
     try:
-        # Use the convex hull, which is a closed surface in spite of rounding errors of the corners.
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
@@ -188,4 +259,4 @@ def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):
         return None
-    return shape if 2 * hull.volume > tolerance * hull.area else None
+    return shape if 2 * hull.volume > _THINNEST * tolerance * hull.area else None

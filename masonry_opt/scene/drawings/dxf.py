@@ -1,6 +1,7 @@
 """Read DXF drawings as scenes, and write scenes as DXF drawings."""
 
 import io
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from pydantic import ConfigDict, Field
 
 from masonry_opt.errors import CaseError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing
-from masonry_opt.scene.blocks import Block, Name, Positive, YesNo
+from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import outlines, stones
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
@@ -37,6 +38,7 @@ class DxfDrawing(stones.FlatDrawing):
     layers: list[Name] | None = Field(default=None, min_length=1)
     without_layers: list[Name] = []
     fixed_layers: list[Name] = list(stones.SUPPORT_WORDS)
+    fixed_below: Number | None = None
     net: YesNo = False
     window_layers: list[Name] = list(WINDOWS)
     outline_tolerance: Positive | None = None
@@ -53,6 +55,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     layers: Iterable[str] | None = None,
     without_layers: Iterable[str] = (),
     fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
+    fixed_below: float | None = None,
     net: bool = False,
     window_layers: Iterable[str] = WINDOWS,
     tolerance: float | None = None,
@@ -90,6 +93,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     without_layers: Layers to leave out.
     fixed_layers: Blocks are supports if the name of their layer contains one of these words, in capitals or
         not.
+    fixed_below: Blocks that reach down to this height y of the drawing, or below, are supports too.
     net: Whether lines are joints, and the cells between them blocks.
     window_layers: Of a net: what lines of layers with one of these words in their name enclose is no block.
     tolerance: Length below which gaps and overlaps between blocks are nothing (default: as in
@@ -190,16 +194,26 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
 def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
     """Return the blocks without their live loads. Raises ValueError if there are no supports."""
     words = [word.casefold() for word in drawing.fixed_layers]
-    drawn = zip(names, found, strict=True)
-    blocks = [drawing.block(name, shape.polygon, _has(shape.curve, words)) for name, shape in drawn]
-    loaded = {shape.curve.layer.casefold() for shape in found if not _has(shape.curve, words)}
+    below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
+    fixed = [_has(shape.curve, words) or shape.polygon.bounds[1] <= below for shape in found]
+    drawn = zip(names, found, fixed, strict=True)
+    blocks = [drawing.block(name, shape.polygon, is_fixed) for name, shape, is_fixed in drawn]
+    loaded = {
+        shape.curve.layer.casefold() for shape, is_fixed in zip(found, fixed, strict=True) if not is_fixed
+    }
     layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
-        instead = "move the supports to such a layer, or name their layer with 'fixed_layers' (--fixed-layer)"
+        if len(found) == 1 and found[0].polygon.interiors:
+            raise ValueError(
+                f"{found[0].curve.where} surrounds all other outlines, which become holes: omit the layer "
+                "of the frame with 'without_layers' (--without-layer)"
+            )
+        instead = "move the supports to such a layer, name their layer with 'fixed_layers' (--fixed-layer), "
+        instead += "or fix all blocks that reach down to a height with 'fixed_below' (--fixed-below)"
         raise ValueError(f"no block is a support: no block is on a layer {named}; {instead}")
     return blocks
 

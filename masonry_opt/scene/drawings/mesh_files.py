@@ -1,6 +1,7 @@
-"""Read OBJ, PLY and STL meshes as scenes in space."""
+"""Read OBJ, PLY, STL and glTF meshes, and folders of them, as scenes in space."""
 
 import io
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -11,15 +12,20 @@ from pydantic import ConfigDict
 
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
+from masonry_opt.scene.drawings.gltf_files import read_gltf
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
 #: File name endings of the mesh formats that can be read.
-MESHES = (".obj", ".ply", ".stl")
+MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
-#: Largest size of a mesh file, in bytes. A triangle takes about 100 bytes.
+#: Upward axis of mesh files, by the ending of their names; of other files it is z. The glTF standard
+#: demands y.
+_UPWARDS = {".glb": "y", ".gltf": "y"}
+
+#: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle takes about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
 #: Axes x, y, z of the scene in the file's axes, one row for each axis, by the file's upward axis.
@@ -45,24 +51,29 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     fixed: Iterable[str] = (),
     fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
     fixed_below: float | None = None,
-    up: Literal["x", "y", "z"] = "z",
+    up: Literal["x", "y", "z"] | None = None,
     scale: float = 1.0,
     tolerance: float | None = None,
     contact_tolerance: float | None = None,
 ) -> Scene:
-    """Read a scene in space from a file of closed meshes; each closed mesh is a block.
+    """Read a scene in space from a file of closed meshes, or from a folder with one mesh file for each block.
 
-    The blocks are the objects of an OBJ file, or its groups if it has no objects. In a file with a single
-    mesh, such as PLY and STL files, they are its closed surfaces. Faces of one plane are merged, and faces
-    that are not flat are cut into triangles. Blocks that are not convex are cut into convex parts.
+    The blocks are the objects of an OBJ file, or its groups if it has no objects. In a glTF file they are the
+    nodes with a mesh. In a file with a single mesh, such as PLY and STL files, they are its closed surfaces.
+    In a folder each file is a block, and its name without the ending is the name of the block.
 
-    Raises CaseError if the file cannot be read, a block is not a closed surface or there are no supports. The
-    message names the file and the block. Raises OptionError if the file is PLY or STL and trimesh, of the
-    extra "meshes", is not installed.
+    Faces of one plane are merged. If the corners of a block are at most four tolerances away from the planes
+    of its faces, its faces are flattened. Other faces that are not flat are cut into triangles. If the convex
+    hull of a block adds less volume than the tolerance times the block's surface, the hull takes the place of
+    the block. Other blocks that are not convex are cut into convex parts.
+
+    Raises CaseError if a file cannot be read, a block is not a closed surface or there are no supports. The
+    message names the file, and each block that is wrong. Raises OptionError if a file is PLY or STL and
+    trimesh, of the extra "meshes", is not installed.
 
     Parameters
     ----------
-    path: A ``.obj``, ``.ply`` or ``.stl`` file.
+    path: A ``.obj``, ``.ply``, ``.stl``, ``.glb`` or ``.gltf`` file, or a folder of such files.
     friction: Of every joint, μ = tan φ.
     unit_weight: Weight per unit volume (of the scene's units).
     live: Live force on every movable block as a multiple of its weight, ``[fx, fy, fz]``, at the centroid.
@@ -70,8 +81,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     fixed_layers: Blocks are supports if the name of their object or its group (a layer, as most programs
         write it) contains one of these words, in capitals or not.
     fixed_below: Blocks that reach down to this height z, or below, are supports too.
-    up: The axis of the file that points upwards (Blender and game programs: often y). It becomes z, by a
-        rotation.
+    up: The axis of the file that points upwards, which becomes z by a rotation. Default: "y" in glTF files,
+        "z" in all other files. Blender and game programs often write OBJ files with y upwards.
     scale: By which all lengths of the file are multiplied: 0.001 for millimetres to metres. Other lengths
         given are those of the scene.
     tolerance: Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
@@ -80,21 +91,77 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     contact_tolerance: Gap or overlap of faces up to which blocks touch, such as mortar that is not drawn; see
         :class:`Scene`.
     """
-    path = as_path(path, "a mesh", *MESHES)
+    path = as_path(path, "a mesh")
     drawing = MeshDrawing.of(locals())
     with stones.naming(f"{path}:"):
-        meshes = stones.with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)
+        drawn = _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
+        repeated_names = repeated(mesh.name for mesh in drawn)
+        if repeated_names:
+            raise ValueError(f"has two blocks '{repeated_names[0]}': rename one")
+        meshes = stones.with_supports(drawn, drawing, drawing.fixed_layers)
         return stones.scene_in_space(meshes, drawing, path)
 
 
-def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the blocks as meshes in the scene's axes; supports are not marked yet.
+def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
+    """Return the meshes of all files of a folder, named by their files.
 
-    Raises ValueError if a block cannot be read.
+    Files are sorted by name, with numbers in the order of their values. Files of other formats and hidden
+    files are ignored. Raises ValueError, with one line for each file that cannot be read.
+    """
+    try:
+        files = [file for file in folder.iterdir() if file.suffix.lower() in MESHES and file.name[0] != "."]
+        size = sum(file.stat().st_size for file in files)
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}") from None
+    if not files:
+        raise ValueError(f"contains no meshes: write one file for each block ({', '.join(MESHES)})")
+    if size > _LARGEST_MESH:
+        raise ValueError(f"contains more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks")
+    meshes: list[Mesh] = []
+    mistakes: list[str] = []
+    for file in sorted(files, key=_sort_key):
+        try:
+            with stones.naming(f"{file.name}:"):
+                own = _meshes(file, drawing)
+        except ValueError as error:
+            mistakes.append(str(error))
+            continue
+        stem = stones.block_name(file.stem)
+        for mesh in own:
+            name = f"{stem} {mesh.name}" if len(own) > 1 else stem
+            meshes.append(replace(mesh, name=name, layers=f"{mesh.name} {mesh.layers}"))
+    stones.refuse(mistakes)
+    return meshes
+
+
+def _sort_key(file: Path) -> list[tuple[int, str]]:
+    """Return a key that sorts file names with numbers by value: stone_2 before stone_10."""
+    parts = re.findall(r"([0-9]{1,18})|([^0-9]+)", file.name.casefold())
+    return [(int(digits), "") if digits else (-1, text) for digits, text in parts]
+
+
+def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
+    """Return the meshes of a file; a single mesh is divided into its closed surfaces.
+
+    Raises CaseError if the ending of the file's name is not the ending of a mesh format.
+    """
+    meshes = _meshes(as_path(path, "a mesh", *MESHES), drawing)
+    return shells(meshes[0]) if len(meshes) == 1 else meshes
+
+
+def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
+    """Return the meshes of a file in the scene's axes; supports are not marked yet.
+
+    Raises ValueError if the file cannot be read.
     """
     data = read_bytes(path, _LARGEST_MESH, ": simplify the blocks")
-    kind = path.suffix.lower()[1:]
-    meshes = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
+    ending = path.suffix.lower()
+    if ending == ".obj":
+        meshes = _objects(data, path.stem)
+    elif ending in (".ply", ".stl"):
+        meshes = _triangles(data, ending[1:], path.stem)
+    else:
+        meshes = read_gltf(data, path.stem)
     if not meshes:
         raise ValueError(
             "has no complete faces: export closed surfaces in the format that the name ends with"
@@ -104,12 +171,8 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             raise ValueError(
                 f"block '{mesh.name}' has a coordinate that is not a finite number or is too large"
             )
-    if len(meshes) == 1:
-        meshes = shells(meshes[0])
-    repeated_names = repeated(mesh.name for mesh in meshes)
-    if repeated_names:
-        raise ValueError(f"has two blocks '{repeated_names[0]}': rename one")
-    axes = drawing.scale * _SCENE_AXES[drawing.up].T
+    upwards = drawing.up or _UPWARDS.get(ending, "z")
+    axes = drawing.scale * _SCENE_AXES[upwards].T
     return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 

@@ -14,6 +14,14 @@ from masonry_opt.scene.space.faces import place
 #: relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
+#: Largest distance of a corner from the planes of its sides that may be noise of the program that wrote the
+#: mesh, relative to the tolerance. A larger value flattens more bends that are meant.
+_NOISE = 4.0
+
+#: Smallest singular value, relative to the largest, of the normals at a corner that is moved onto its planes.
+#: With a smaller value, corners between nearly parallel planes move farther.
+_LEAST_NORMAL_SPREAD = 0.02
+
 #: Cosine of the largest angle between faces that may be merged to one plane side.
 _PARALLEL_COSINE = 0.9
 
@@ -54,6 +62,11 @@ class Side:
         """Return the rings in plane coordinates of the side, each of shape (corners, 2)."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
+    def convex(self, points: np.ndarray, tolerance: float) -> bool:
+        """Return True if the outer ring is a convex polygon within the tolerance."""
+        hull = shapely.convex_hull(shapely.multipoints(self.flat(points)[0]))
+        return bool(shapely.area(hull) - self.area <= tolerance * shapely.length(hull) / 2)
+
 
 @dataclass(frozen=True)
 class MeshSolid:
@@ -70,6 +83,16 @@ class MeshSolid:
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
+    @property
+    def area(self) -> float:
+        """Return the area of the surface."""
+        return sum(side.area for side in self.sides)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Return the corners of the sides, shape (corners, 3), without points that no side uses."""
+        return self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
+
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the ends of an edge at which the surface is not closed; None if the surface is closed.
 
@@ -82,14 +105,18 @@ class MeshSolid:
         return None
 
     def convex(self, tolerance: float) -> bool:
-        """Return True if the solid is convex within the tolerance.
+        """Return True if the solid and its sides are convex within the tolerance.
 
         Sides that are not wider than the tolerance have no definite plane, and are not checked.
         """
-        corners = self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
+        if any(len(side.rings) > 1 for side in self.sides):
+            return False
+        corners = self.corners
         wide = [side for side in self.sides if side.width > tolerance]
-        convex = all(((corners - side.base) @ side.normal).max() <= tolerance for side in wide)
-        return convex and all(len(side.rings) == 1 for side in self.sides)
+        return all(
+            ((corners - side.base) @ side.normal).max() <= tolerance and side.convex(self.points, tolerance)
+            for side in wide
+        )
 
 
 def across(normal: np.ndarray) -> np.ndarray:
@@ -122,6 +149,40 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
     return MeshSolid(points, _sides(points, faces, tolerance))
+
+
+def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
+    """Return a mesh as a solid with exactly plane sides, or None if the mesh is not almost flat.
+
+    A mesh is almost flat if its corners are at most four tolerances away from the planes of its sides. Each
+    corner moves by the shortest way onto these planes.
+    """
+    noise = _NOISE * tolerance
+    try:
+        coarse = polyhedron(mesh, noise)
+    except ValueError:
+        return None
+    sides_at: dict[int, list[Side]] = defaultdict(list)
+    for side in coarse.sides:
+        for corner in {corner for ring in side.rings for corner in ring} if side.width > noise else ():
+            sides_at[corner].append(side)
+    points = coarse.points.copy()
+    for corner, sides in sides_at.items():
+        normals = np.array([side.normal for side in sides])
+        heights = np.array([(points[corner] - side.base) @ side.normal for side in sides])
+        move = np.linalg.pinv(normals, rcond=_LEAST_NORMAL_SPREAD) @ heights
+        if np.linalg.norm(move) > 2 * noise:
+            return None
+        points[corner] -= move
+    solid = MeshSolid(points, [_ringed(points, side.rings) for side in coarse.sides])
+    return solid if all(_is_flat(points, side, tolerance) for side in solid.sides) else None
+
+
+def _is_flat(points: np.ndarray, side: Side, tolerance: float) -> bool:
+    """Return True if the corners of a side are in its plane and its rings do not cross themselves."""
+    height = np.abs((points[np.concatenate(side.rings)] - side.base) @ side.normal)
+    simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
+    return simple and bool(height.max() <= tolerance)
 
 
 def refuse_holes(mesh: Mesh, tolerance: float) -> None:
@@ -387,9 +448,7 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
         return None
     rings = rings_of(following)
     side = _ringed(points, rings)
-    distance = np.abs((points[np.concatenate(rings)] - side.base) @ side.normal).max()
-    is_simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
-    return side if is_simple and distance <= tolerance else None
+    return side if _is_flat(points, side, tolerance) else None
 
 
 def rings_of(following: dict[int, int]) -> list[list[int]]:

@@ -31,6 +31,9 @@ SAGITTA = 1e-4
 #: the other outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
+#: Largest number of outlines drawn twice that one error lists.
+_MOST_COPIES = 20
+
 #: Grid step to which intersections of joint lines are rounded, relative to the smallest length that is not
 #: due to rounding.
 _GRID_SHARE = 0.01
@@ -314,12 +317,15 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
     inner, outer = inner[inside], outer[inside]
     depth = np.bincount(inner, minlength=len(polygons))
     holes: defaultdict[int, list[shapely.LinearRing]] = defaultdict(list)
+    copies = []
     for index in np.flatnonzero(depth % 2).tolist():
         parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _EQUAL_AREA_TOLERANCE) * area[parent]:
-            first, second = outlines[index].where, outlines[parent].where
-            raise ValueError(f"{first} has the same outline as {second}: delete one of them")
+            copies.append(f"{outlines[index].where} has the same outline as {outlines[parent].where}")
         holes[parent].append(polygons[index].exterior)
+    if copies:
+        more = f"; and {len(copies) - _MOST_COPIES} more copies" if len(copies) > _MOST_COPIES else ""
+        raise ValueError(f"{'; '.join(copies[:_MOST_COPIES])}{more}: delete one of each pair")
     blocks = np.flatnonzero(depth % 2 == 0).tolist()
     return [
         Outline(shapely.Polygon(polygons[block].exterior, holes[block]), outlines[block]) for block in blocks

@@ -12,15 +12,19 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
-from masonry_opt.scene.drawings.convex_parts import convex_parts
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, refuse_holes, used
+from masonry_opt.scene.drawings.convex_parts import convex_solids
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
+from masonry_opt.scene.space.shapes import shapes
 
 #: Largest number of characters in a block's name; longer names are cut.
 _LONGEST_NAME = 200
+
+#: Largest number of mistakes of a drawing that one error lists.
+_MOST_LINES = 20
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these
 #: words.
@@ -73,12 +77,24 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError whose message begins with the text ``what``."""
+    """Convert a ValueError to a CaseError; each line of its message begins with the text ``what``."""
     try:
         yield
     except ValueError as error:
-        named = str(error).startswith(what)
-        raise CaseError(error if named else f"{what} {error}") from None
+        lines = str(error).splitlines()
+        raise CaseError(
+            "\n".join(line if line.startswith(what) else f"{what} {line}" for line in lines)
+        ) from None
+
+
+def refuse(mistakes: Sequence[str]) -> None:
+    """Raise ValueError if there are mistakes, with one line for each of the first mistakes."""
+    if not mistakes:
+        return
+    lines = list(mistakes[:_MOST_LINES])
+    if len(mistakes) > len(lines):
+        lines.append(f"and {len(mistakes) - len(lines)} more mistakes")
+    raise ValueError("\n".join(lines))
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
@@ -103,7 +119,7 @@ class AsDrawn(Supports):
     """Layers of supports, upward axis and scale of a mesh file; see :func:`read_mesh`."""
 
     fixed_layers: list[Name] = list(SUPPORT_WORDS)
-    up: Literal["x", "y", "z"] = "z"
+    up: Literal["x", "y", "z"] | None = None
     scale: Positive = 1.0
 
 
@@ -149,8 +165,7 @@ class SolidDrawing(Drawing):
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
         """Return the solid of a mesh. Raises ValueError if the mesh is open or has too many convex parts."""
         refuse_holes(mesh, tolerance)
-        whole = polyhedron(mesh, tolerance)
-        parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
+        parts = convex_solids(mesh, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
         loads: dict[str, Any] = {"unit_weight": self.unit_weight, "live_per_weight": self.live}
         return Solid(name=mesh.name, **shape, **({"fixed": True} if mesh.fixed else loads))
@@ -165,8 +180,8 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
     """Return a scene in space whose blocks are closed meshes.
 
-    A support of one face is the top of a slab. Raises ValueError if nothing can move, if there are no
-    supports, or if a block is not a solid.
+    A support of one face is the top of a slab. Raises ValueError if nothing can move or if there are no
+    supports. Raises ValueError, with one line for each wrong block, if blocks are not solids.
     """
     movable = [mesh.points for mesh in meshes if not mesh.fixed]
     if not movable:
@@ -175,12 +190,19 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     middle = np.concatenate(movable).mean(axis=0)
     tolerance = drawing.tolerance or _tolerance(movable)
     blocks = []
+    mistakes = []
     for mesh in meshes:
-        with naming(f"block '{mesh.name}'"):
-            if mesh.flat and not mesh.fixed:
-                raise ValueError("is a single face: give it a thickness, or make it a support")
-            blocks.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
-    return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
+        try:
+            with naming(f"block '{mesh.name}'"):
+                if mesh.flat and not mesh.fixed:
+                    raise ValueError("is a single face: give it a thickness, or make it a support")
+                blocks.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
+        except CaseError as error:
+            mistakes.append(str(error))
+    refuse(mistakes)
+    scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
+    shapes(scene)  # raises CaseError if the analysis would refuse a block
+    return scene
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:

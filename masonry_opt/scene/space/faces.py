@@ -298,10 +298,52 @@ def _leading_faces(
         plane_of_corner = np.repeat(plane, count[candidate])
         off = np.abs(dots(corners[corner] - middle[plane_of_corner], normal[plane_of_corner]))
         flat = np.maximum.reduceat(off, np.cumsum(count[candidate]) - count[candidate]) <= tolerance
+        flat &= _height_of_part(surfaces, candidate, plane, geometry[:2]) <= tolerance
         within[within] = flat | (candidate == plane)
         leader[remaining[within]] = largest[within]
         remaining = remaining[~within]
     return leader
+
+
+def _height_of_part(
+    surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Return how far the part of each face reaches beyond the plane of another face, shape (faces,).
+
+    A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+        All faces.
+    face, leader : ndarray
+        Indices of the faces, and of the faces in whose planes they may lie. Faces of one part have one
+        leader.
+    geometry : tuple of ndarray
+        Middle and unit normal of each face.
+    """
+    middle, normal = geometry
+    first_corner = np.searchsorted(surfaces.part[surfaces.face], np.arange(len(surfaces.block) + 1))
+    turned_over = dots(normal[face], normal[leader]) < 0
+    _, sample, pair = np.unique(2 * surfaces.part[face] + turned_over, return_index=True, return_inverse=True)
+    part, plane = surfaces.part[face[sample]], leader[sample]
+    count = first_corner[part + 1] - first_corner[part]
+    owner = np.repeat(np.arange(len(part)), count)
+    corner = ranges(first_corner[part], count)
+    sign = np.where(turned_over[sample], -1.0, 1.0)[owner]
+    height = sign * dots(surfaces.corners[corner] - middle[plane[owner]], normal[plane[owner]])
+    return np.maximum.reduceat(height, np.cumsum(count) - count)[pair]
+
+
+def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return convex polygons, with those that cross themselves only by rounding replaced by their hulls.
+
+    Rounding changes the area of a polygon by at most the tolerance times half its outline.
+    """
+    hulls = shapely.convex_hull(polygons)
+    added = np.abs(shapely.area(hulls) - shapely.area(polygons))
+    rounded = ~shapely.is_valid(polygons) & (added <= tolerance * shapely.length(hulls) / 2)
+    return np.where(rounded, shapely.orient_polygons(hulls), polygons)
 
 
 def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> OuterFaces:
@@ -311,6 +353,7 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     number, of_ring = np.unique(face, return_inverse=True)
     flat = planes.frame.down(surfaces.corners[corner], planes.of_face[face])
     pieces = shapely.polygons(shapely.linearrings(flat, indices=of_ring))
+    pieces = _uncrossed(pieces, tolerance)
     crossed = ~shapely.is_valid(pieces)
     if crossed.any():
         surfaces.refuse(int(number[crossed][0]), "crosses itself: list its corners in order around the face")

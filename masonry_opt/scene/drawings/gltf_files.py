@@ -1,0 +1,197 @@
+"""Read glTF 2.0 files, binary (.glb) or text (.gltf), as meshes; one mesh for each node with a mesh."""
+
+import base64
+import binascii
+import json
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.scene.drawings import stones
+from masonry_opt.scene.drawings.meshes import Mesh, used
+
+#: First four bytes of a binary glTF file, and its only supported version.
+_HEADER = (b"glTF", 2)
+
+#: Numpy types of the numbers in accessors, by the code ``componentType`` (glTF 2.0, section 3.6.2.2).
+_COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+#: Codes of the primitives that are triangles, strips of triangles and fans of triangles. Points and lines are
+#: ignored.
+_TRIANGLES = 4
+_STRIP = 5
+_FAN = 6
+
+#: Largest number of corners of all nodes. A small file with many instances of one mesh may describe more.
+_MOST_GLTF_CORNERS = 5_000_000
+
+
+def read_gltf(data: bytes, name: str) -> list[Mesh]:
+    """Return the nodes of a glTF file that have a mesh, with their transformations applied.
+
+    Parameters
+    ----------
+    data : bytes
+        The content of the file.
+    name : str
+        Name of meshes whose node has no name.
+
+    Raises
+    ------
+    ValueError
+        If the file is not valid, is compressed, or refers to other files.
+    """
+    try:
+        return _Gltf.of(data).meshes(name)
+    except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
+        raise ValueError("not valid glTF: a part is missing; export the stones again") from None
+
+
+@dataclass(frozen=True)
+class _Gltf:
+    """Content of a glTF file."""
+
+    tree: dict[str, Any]  #: the JSON part of the file
+    binary: bytes  #: the binary part of the file; empty in text files
+
+    @classmethod
+    def of(cls, data: bytes) -> "_Gltf":
+        """Divide a file into its JSON part and its binary part."""
+        text, binary = data, b""
+        if data[:4] == _HEADER[0]:
+            version = struct.unpack_from("<I", data, 4)[0]
+            if version != _HEADER[1]:
+                raise ValueError(f"is glTF version {version}: export version {_HEADER[1]}")
+            length = struct.unpack_from("<I", data, 12)[0]
+            text, binary = data[20 : 20 + length], data[28 + length :]
+        try:
+            tree = json.loads(text)
+        except ValueError as error:
+            raise ValueError(f"not valid glTF: {str(error)[:200]}; export the stones again") from None
+        if not isinstance(tree, dict):
+            raise ValueError("not valid glTF: the JSON part is not an object; export the stones again")
+        return cls(tree, binary)
+
+    def meshes(self, name: str) -> list[Mesh]:
+        """Return one mesh for each node with triangles; the layers are the names of the nodes above it."""
+        meshes = []
+        corners = 0
+        for node, matrix, layers in self._nodes():
+            if "mesh" not in node:
+                continue
+            drawn = self.tree["meshes"][node["mesh"]]
+            points, faces = self._primitives(drawn["primitives"])
+            corners += len(points)
+            if corners > _MOST_GLTF_CORNERS:
+                raise ValueError(f"has more than {_MOST_GLTF_CORNERS} corners: simplify the blocks")
+            if faces:
+                placed = points @ matrix[:3, :3].T + matrix[:3, 3]
+                own = stones.block_name(str(node.get("name", drawn.get("name", name))))
+                meshes.append(used(own or name, placed, faces, stones.block_name(layers)))
+        return meshes
+
+    def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
+        """Yield the nodes of the scene with their transformations, and the names of the nodes above them."""
+        nodes = self.tree.get("nodes", [])
+        scenes = self.tree.get("scenes", [])
+        roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
+        # The last entry is taken next, so that nodes are in the order of the file.
+        queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
+        visited: set[int] = set()
+        while queue:
+            number, above, layers = queue.pop()
+            if number in visited:
+                raise ValueError("not valid glTF: a node has two parents; export the stones again")
+            visited.add(number)
+            node = nodes[number]
+            matrix = above @ _transformation(node)
+            yield node, matrix, layers
+            below = f"{layers} {node.get('name', '')}"
+            queue += [(int(child), matrix, below) for child in reversed(node.get("children", []))]
+
+    def _primitives(self, primitives: list[dict[str, Any]]) -> tuple[np.ndarray, list[list[int]]]:
+        """Return the corners and the triangles of a mesh's primitives together."""
+        corners: list[np.ndarray] = []
+        faces: list[list[int]] = []
+        first = 0
+        for primitive in primitives:
+            compressed = [key for key in primitive.get("extensions", {}) if "compression" in key]
+            if compressed:
+                raise ValueError(f"is compressed ({compressed[0]}): export without compression")
+            points = self._numbers(primitive["attributes"]["POSITION"], 3)
+            order = np.arange(len(points))
+            if "indices" in primitive:
+                order = self._numbers(primitive["indices"], 1).ravel().astype(np.int64)
+            if len(order) and not order.max() < len(points):
+                raise ValueError("not valid glTF: a face refers to a corner that does not exist")
+            faces += (first + _triangles_of(order, primitive.get("mode", _TRIANGLES))).tolist()
+            corners.append(points)
+            first += len(points)
+        return np.concatenate(corners), faces
+
+    def _numbers(self, number: int, columns: int) -> np.ndarray:
+        """Return the numbers of an accessor, shape (count, columns)."""
+        accessor = self.tree["accessors"][number]
+        if "sparse" in accessor or "bufferView" not in accessor:
+            raise ValueError("has a sparse accessor, which is not read: export the stones without shape keys")
+        view = self.tree["bufferViews"][accessor["bufferView"]]
+        kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
+        row = columns * kind.itemsize
+        stride = view.get("byteStride", row)
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        count = accessor["count"]
+        buffer = self._buffer(view["buffer"])
+        if min(start, count) < 0 or stride < row or start + stride * (count - 1) + row > len(buffer):
+            raise ValueError("not valid glTF: the file ends before its last corner; export the stones again")
+        numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
+        if accessor.get("normalized"):
+            numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
+        return numbers
+
+    def _buffer(self, number: int) -> bytes:
+        """Return a buffer: the binary part of the file, or data that the JSON part contains as text."""
+        uri = self.tree["buffers"][number].get("uri")
+        if uri is None:
+            return self.binary
+        head, _, content = uri.partition(",")
+        if not head.startswith("data:") or not head.endswith(";base64"):
+            raise ValueError(
+                f"refers to another file ({stones.block_name(uri)[:60]}): export one .glb file instead"
+            )
+        try:
+            return base64.b64decode(content, validate=True)
+        except binascii.Error:
+            raise ValueError("not valid glTF: a buffer is not base64 text; export the stones again") from None
+
+
+def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
+    """Return the triangles of a primitive, shape (triangles, 3), from its corners in their order."""
+    if mode == _TRIANGLES:
+        return order[: len(order) // 3 * 3].reshape(-1, 3)
+    if len(order) < 3 or mode not in (_STRIP, _FAN):
+        return np.zeros((0, 3), dtype=np.int64)
+    if mode == _FAN:
+        return np.column_stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]])
+    strip = np.column_stack([order[:-2], order[1:-1], order[2:]])
+    # Every second triangle of a strip is oriented the other way round.
+    strip[1::2] = strip[1::2, [1, 0, 2]]
+    return strip
+
+
+def _transformation(node: dict[str, Any]) -> np.ndarray:
+    """Return the transformation of a node relative to the node above it, shape (4, 4)."""
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=float).reshape(4, 4).T
+    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
+    rotation = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.array(rotation) * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix
