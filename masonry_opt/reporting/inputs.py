@@ -1,14 +1,16 @@
 """Write sentences on inputs that look unintended, such as weights and forces in different units.
 
-The functions take the values of a reason, as :mod:`~.words.sentences` does.
+The functions take the values of a reason, as those of :mod:`~.reporting.sentences` do.
 """
 
+from collections.abc import Callable
 from math import radians, tan
 from typing import Any
 
 from masonry_opt.errors import rounded_up
-from masonry_opt.reporting.names import blocks, pairs
+from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.scene.geometry import set_contact_tolerance, set_tolerance
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
 
 
@@ -87,3 +89,79 @@ def lost_joints(v: dict[str, Any]) -> str:
         "blocks face each other but have no joint, because their sides are too short for so large a "
         f"'tolerance': {pairs(v, wide)}; {remedy}"
     )
+
+
+def _corners_bear(v: dict[str, Any]) -> str:
+    """State that forces at corners are not limited by the strength, and list the corners to check."""
+    forces = [f"{force:.4g}" for force in v["normal_forces"]]
+    where = f"crushing at {pairs(v)} may cause a collapse that this analysis does not find"
+    if forces:
+        where = f"their normal forces at collapse are {pairs(v, forces)}"
+    limits = "'strength' does not limit the force where a corner rests on an edge"
+    return f"{limits}, so check by hand that these corners do not crush: {where}"
+
+
+#: Sentence of each code on inputs: a format string for the values of the reason, or a function of the values.
+INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
+    Code.FRICTION_HIGH: friction_high,
+    Code.DILATANCY_LOW: dilatancy_low,
+    Code.IDLE_SUPPORTS: lambda v: (
+        f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no block that can move, "
+        "and no tie or prop ends there: close the gap if blocks should rest on the support"
+    ),
+    Code.HELD_BY_CLAMPING: lambda v: (
+        f"blocks are held between supports by joints that no load presses together, {pairs(v)}: add the "
+        "load that clamps these joints, or set their friction to 0"
+    ),
+    Code.FAR_AWAY: lambda v: (
+        f"{do(v, 'lie')} {v['distance']:.3g} away from all others, which extend over {v['size']:.3g}: are "
+        "all coordinates in the same unit?"
+    ),
+    Code.SMALL_GAPS: small_gaps,
+    Code.LOST_JOINTS: lost_joints,
+    Code.ALIGNED: lambda v: (
+        f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to others, within "
+        f"the tolerance {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
+    ),
+    Code.NEARLY_PARALLEL: lambda v: (
+        f"joints of one block are up to {v['angle']:.2g} rad off parallel, so that the block is a wedge that "
+        f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
+    ),
+    Code.JOINT_AT_CORNERS: lambda v: (
+        f"{pairs(v)} meet corner on corner, in space edge along edge: a joint is made there, on the bisector "
+        "of the sides that face each other, in a notch on both sides; check that its direction is right"
+    ),
+    Code.CORNERS_MEET: lambda v: (
+        f"{pairs(v)} meet at corners only, where a joint would have no length, so that no joint is made: "
+        "let a corner rest on an edge"
+    ),
+    Code.WITHOUT_NORMAL: lambda v: (
+        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "
+        "no joint is made: a joint needs a face of one of the blocks, or edges that cross"
+    ),
+    Code.FACES_TURNED: lambda v: (
+        f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "
+        "outwards: check the order of the corners"
+    ),
+    Code.CORNERS_BEAR: _corners_bear,
+    Code.BARE_EDGE_LOAD: (
+        "edge_load no. {number} has no effect along a length of {length:.4g}, because no free edge of a "
+        "movable block is there"
+    ),
+    Code.AXLES_LEFT_OUT: lambda v: (
+        f"axles {', '.join(map(repr, v['names']))} are left out, because they move: use 'crossing'"
+        if v["names"]
+        else "the axles of the load case are left out, because they move: use 'crossing'"
+    ),
+    Code.WEIGHTS_DIFFER: weights_differ,
+    Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
+    Code.STRENGTH_DIFFERS: strength_differs,
+    Code.ACTS_OUTSIDE: lambda v: (
+        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: is "
+        f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
+    ),
+    Code.FORCES_DIFFER: lambda v: (
+        f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the block weight: are "
+        "forces and weights in the same unit?"
+    ),
+}
