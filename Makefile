@@ -4,13 +4,13 @@ BIN := .venv/bin
 # Bytecode is kept, also where the environment says not to: tests start Python some hundred times.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: table1 unit test slow everything lint guide clean
+.PHONY: table1 unit test slow lint guide clean
 
 table1: .venv/installed
 	$(BIN)/masonry-opt reproduce table1 --out results
 
 # "unit": single parts, in half a minute. "test": every claim, by tests that are not marked slow. "slow": the
-# tests that are. "everything": both in one run, which takes less time than one after the other.
+# tests that are.
 unit: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal tests/unit
 
@@ -20,9 +20,6 @@ test: .venv/installed
 
 slow: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m slow
-
-everything: .venv/installed
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "slow or not slow"
 
 lint: .venv/installed
 	$(BIN)/ruff check .
