@@ -2,7 +2,7 @@
 was not tuned on, and what that loses is printed; what loses nothing can go.
 
     python benchmarks/ablation.py --list
-    python benchmarks/ablation.py fixed-points further-starts --random 30
+    python benchmarks/ablation.py two-repairs further-starts --random 30
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
     python benchmarks/ablation.py in-space --random 0 --walls "" --no-facades --space 3
 
@@ -140,6 +140,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "neighbours": ("coulomb", {_SEARCH + "_KINDS_IN_PLANE": _without("neighbour")}),
     "fixed-points": ("coulomb", {_SEARCH + "_KINDS_IN_PLANE": _without("fixed point")}),
     "fixed-points-settle": ("coulomb", {_SETTINGS + "fixed_point_iterations": 1}),
+    "two-repairs": ("coulomb", {_SETTINGS + "repairs": 1}),
     "one-alternation": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4,)}),
     "light-energy-first": ("coulomb", {_SETTINGS + "weights_in_plane": (30.0, 1e3)}),
     "a-heavier-energy": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4, 1e5)}),

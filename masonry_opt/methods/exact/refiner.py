@@ -196,23 +196,20 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the state that programs (a) and (b) find from forces (3c,); None if they find no state.
 
-        If no forces bring all faces that move to yield, a second attempt starts from the forces that come
+        If no forces bring the whole support to yield, the next attempt starts from the forces that come
         nearest to yield, with least z·p.
         """
-        mechanism = self._mechanism_of(q)
-        if mechanism is None:
-            return None
-        state = self.least(*mechanism)
-        if state is not None:
-            return state
-        if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
-            return None
-        mechanism = self._mechanism_of(self._statics.values("q"))
-        return None if mechanism is None else self.least(*mechanism)
-
-    def _mechanism_of(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return rates (faces,) and velocities (3b,) with the least z·p for joint forces (3c,), or None."""
-        return self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
+        for _ in range(1 + self._settings.repairs):
+            mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
+            if mechanism is None:
+                return None
+            state = self.least(*mechanism)
+            if state is not None:
+                return state
+            if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
+                return None
+            q = self._statics.values("q")
+        return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
         """Return a state with a lower λ than the given state; None if no such state is found.

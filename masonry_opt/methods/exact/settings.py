@@ -74,6 +74,10 @@ class SearchSettings:
     #: at yield; if it is larger, mechanisms may involve conditions that are not at yield.
     at_yield: float = 1e-7
 
+    #: Largest number of times that start forces are replaced by forces nearer to a mechanism. More
+    #: replacements seldom lower λ.
+    repairs: int = 2
+
     #: Time limit of a program, in seconds for each joint. Without a limit HiGHS may run for ever.
     seconds_per_joint: float = 0.2
 
