@@ -11,7 +11,6 @@ from typing import Any
 from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, TimeLimitError
-from masonry_opt.finite_motion.settled_state import Movements, settled_scene
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
@@ -19,6 +18,7 @@ from masonry_opt.methods.running import run_method, warn_if_long
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.settled import Movements
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -174,7 +174,7 @@ class Session:
         with effort.measure("incremental"):
             own = Effort(effort.begins)
             task = Task(problem, solver, effort=own, kept=self.kept)
-            if self.method.name == DEFAULT:
+            if self.method.begins_with_load_history:
                 task = replace(task, progress=progress)
             solution = run_method(method, task)
         return _without_invalid_load_factor(assembly, solution)
@@ -377,6 +377,11 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
 
 def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
     """Return a scene after the movement of its supports. Raises TimeLimitError if the time limit is over."""
+    if settled is None:
+        return scene
+    # This module builds linear programs, and HiGHS takes long to import.
+    from masonry_opt.finite_motion.settled_state import settled_scene
+
     try:
         return settled_scene(scene, settled)
     except TimeLimitReached as stop:

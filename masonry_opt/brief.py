@@ -12,7 +12,7 @@ _LONGEST_TEXT = 240
 
 
 def brief(record: Any) -> str:
-    """Return the class and the values of a dataclass or of a record of a scene, in one short line.
+    """Return the class and the values of an object, such as a record of a scene, in one short line.
 
     Values that equal their defaults are left out. Arrays, tables and long lists are shown by their sizes,
     records within a record by their class. A class uses this function by ``__repr__ = brief``.
@@ -37,7 +37,10 @@ def _values(record: Any) -> Iterator[tuple[str, Any]]:
             if field.repr and not is_default:
                 yield field.name, value
         return
-    model = type(record).model_fields
+    model = getattr(type(record), "model_fields", None)
+    if model is None:
+        yield from ((name, value) for name, value in vars(record).items() if not name.startswith("_"))
+        return
     for name in model:
         if name in record.model_fields_set and model[name].repr:
             yield name, getattr(record, name)

@@ -1,7 +1,7 @@
 """Function ``settled_scene``: the state of a scene after supports have moved by given amounts."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,15 +18,13 @@ from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.settled import SettledState
+from masonry_opt.problem.settled import Movements, SettledState
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import MOVES
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
-#: Movements of supports by name: ``{"pier": (0, -0.02)}``, or pairs of names and movements.
-Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 #: Form of the movements of supports, in error messages.
 _FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
 #: Largest number of halvings of a movement in the search for a movement that can be followed.

@@ -48,17 +48,18 @@ _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
 _lowest = partial(_own, seeks_lowest=True)
+_lowest_from_rest = partial(_lowest, begins_with_load_history=True)
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
-    _lowest(
+    _lowest_from_rest(
         "coulomb", "coulomb.method:coulomb", "coulomb.method:CoulombOptions", _NEWTON, refuses=frozenset()
     ),
     _own("incremental", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
-    _lowest(
+    _lowest_from_rest(
         "global",
         "bracket.bracket:global_search",
         "bracket.bracket:GlobalOptions",

@@ -73,6 +73,7 @@ class Method:
     #: True if the method looks for the exact Coulomb state with the lowest load factor. A state of another
     #: method with a lower load factor may replace the method's answer.
     seeks_lowest: bool = False
+    begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers
     #: Properties of scenes that the method does not support: "dilatancy" that falls with stress, joints of
     #: limited "strength", limited "forces" such as ties, and scenes in "space".

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.names import ProblemNames, labels_of, legal_name
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.settled import SettledState
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
@@ -110,13 +112,13 @@ class Assembly:
         return [self.names(blocks) for blocks in ends[joints]]
 
 
-def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
+def assemble(scene: Scene | str | Path, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
 
     Parameters
     ----------
-    scene : Scene
-        The scene, in the plane or in space.
+    scene : Scene, str or Path
+        The scene, in the plane or in space, or the path of its case file.
     floating : bool
         See :func:`~masonry_opt.scene.contacts.joints.find_joints`.
 
@@ -127,6 +129,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
         ``loaded_pieces`` and ``filled_pieces``). If loads differ by more than double precision can represent.
         If the limit of a force is too large, relative to the loads, for solvers.
     """
+    scene = as_scene(scene)
     shapes = shapes_of(scene)
     joints = find_joints(scene, shapes, floating=floating)
     assembly = _assembled(scene, shapes, joints, filled_pieces(scene, shapes))

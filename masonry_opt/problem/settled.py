@@ -5,7 +5,7 @@ with the blocks: forces keep their direction, and act at points that are fixed t
 the blocks below it, and keeps its stress on each edge.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,6 +16,9 @@ from masonry_opt.problem.displaced import displaced, placed, turned
 from masonry_opt.problem.limited_forces import LimitedForce, Role
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.scene import Scene
+
+#: Movements of supports by name: ``{"pier": (0, -0.02)}``, or pairs of names and movements.
+Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
 #: Attributes of joints that do not depend on the positions of the blocks.
 _JOINT_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "strength")

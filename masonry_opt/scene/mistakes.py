@@ -97,10 +97,12 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 def instead_of(name: object, known: Iterable[str]) -> str:
     """Return the last clause of an error about a name that must be one of a few.
 
-    The clause names a similar known name, or else all known names.
+    The clause names a similar known name, if any, and all known names.
     """
     names = [*known]
-    return did_you_mean(str(name), names) or f"; choose from: {', '.join(names)}"
+    similar = did_you_mean(str(name), names)
+    listed = ", ".join(names)
+    return f"{similar} Choose from: {listed}" if similar else f"; choose from: {listed}"
 
 
 def repeated(names: Iterable[str]) -> list[str]:

@@ -9,6 +9,8 @@ from scenes import CASES, WALLS, axles_on_a_beam, small_wall
 
 import masonry_opt as mo
 from masonry_opt.brief import brief
+from masonry_opt.effort import Effort
+from masonry_opt.methods.task import Task
 
 #: Largest number of lines and characters of the ``repr`` of an object.
 MOST_LINES, MOST_CHARACTERS = 2, 400
@@ -135,3 +137,12 @@ def test_values_of_every_kind():
     )
     long = Everything(np.zeros(2), None, [1.0] * 100, dict.fromkeys("abc", np.zeros(9)), "")
     assert "numbers=<list of 100>, table=<dict of 3>, words=''" in repr(long)
+
+
+def test_counts_of_an_analysis_and_its_task():
+    """Classes that are neither dataclasses nor records show their public values."""
+    effort = Effort()
+    effort.lp_solves = 3
+    assert repr(effort).startswith("Effort(seconds=<dict of 8>, lp_solves=3")
+    problem = mo.assemble(CASES / "gilbert" / "two_blocks.toml").problem
+    assert "lp_solves=3" in repr(Task(problem, effort=effort))

@@ -234,7 +234,11 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     drawn_apart = is_drawn_apart(scene, shapes)
     across = near_misses((shared, contacts), across, len(pairs), drawn_apart=drawn_apart)
     at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
-    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair))
+    facing_pairs = pairs[np.concatenate([shared.pair, contacts.pair, across.pair])]
+    lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
+    # A joint at corners is made only for blocks without facing sides.
+    is_lost = np.array([tuple(pair) in lost for pair in pairs.tolist()], dtype=bool)
+    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost[at_corners.pair])
     contacts = contacts.then(at_corners)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
@@ -250,8 +254,6 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    facing_pairs = np.concatenate([pairs[owner[order]], pairs[across.pair]])
-    lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
     # Other warnings name the pairs of blocks with a gap, or with a lost joint.
     named = {*gaps, *lost}
     has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)

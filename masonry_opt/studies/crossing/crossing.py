@@ -12,10 +12,11 @@ import numpy as np
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError
-from masonry_opt.finite_motion.settled_state import Movements, settled_scene
+from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
+from masonry_opt.problem.settled import Movements
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene

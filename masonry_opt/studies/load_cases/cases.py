@@ -18,9 +18,10 @@ from masonry_opt.drawing.figure import Picture, entitle, finish, style
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.finite_motion.kinematic_check import activation
-from masonry_opt.finite_motion.settled_state import Movements, settled_scene
+from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
+from masonry_opt.problem.settled import Movements
 from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
 from masonry_opt.reporting.names import warning_lines
 from masonry_opt.reporting.terminal import frame_text
