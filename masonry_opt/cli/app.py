@@ -71,7 +71,7 @@ def load(name: str) -> Any:
     except KeyboardInterrupt:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))
-    # Join the lines of each paragraph, so that the help breaks lines at the width of the terminal alone.
+    # Join the lines of each paragraph, so that help texts are wrapped at the width of the terminal.
     paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
     command.help = "\n\n".join([COMMANDS[name], *paragraphs])
     # Output that a command prints without print_text or print_result goes to standard error.

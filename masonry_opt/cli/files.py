@@ -136,7 +136,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
-    # A folder is read as a mesh, whatever its name ends with.
+    # A folder is read as meshes, whatever the ending of its name.
     suffix = MESHES[0] if drawing.is_dir() else drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):

@@ -282,7 +282,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Live forces on the blocks that move, with the rates of ``_onset``.
+        """The values of ``_onset``, reduced to live forces on blocks that move.
 
         Blocks at rest are not in the kinematic chain, so their masses do not take part.
         """

@@ -282,7 +282,7 @@ class HingingPath:
         self.motion = optimum.motion
 
     def _can_move(self, state: ForceOptimum) -> bool:
-        """Return True if the hinges of a mechanism leave a motion when they do not slip at all.
+        """Return True if blocks can move by the hinges of a mechanism when no hinge slips.
 
         A small slip, below the threshold at which a joint slides, may be necessary for the motion.
         """

@@ -110,7 +110,7 @@ def _carried(v: dict[str, Any]) -> str:
     many = "one of many solutions that carry the dead load"
     if v["elastic"]:
         return f"the forces shown are those of elastic contacts that come to rest: {many}"
-    return f"the forces shown are those that a program found: {many}, and may contain self-stress"
+    return f"the forces shown were computed by an optimisation program and may contain self-stress: {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:

@@ -315,7 +315,7 @@ class Block(Body):
 
     def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.parts is None):
-            yield f"give 'vertices', or 'parts' for a block of several polygons (of a solid: {SHAPES})"
+            yield f"give 'vertices', or 'parts' for a block of several polygons (for a solid: {SHAPES})"
         yield from super()._mistakes()
 
     @property

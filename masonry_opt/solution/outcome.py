@@ -143,7 +143,7 @@ class Outcome:
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis; the load factor, if any, is the lowest by then."""
+        """True if the time limit ended the analysis; the load factor, if any, is the lowest found by then."""
         return self.solution.has(Code.TIME_LIMIT)
 
     @property

@@ -34,7 +34,7 @@ _FAR_DISTANCE_RATIO = 10.0
 _OTHER_UNITS = 300.0
 
 #: Ratio of weights per area above which typical values are compared, if blocks are given by their weights. In
-#: the plane, a smaller ratio may be that of their thicknesses.
+#: the plane, different thicknesses of blocks can cause smaller ratios.
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength of a tie or prop, or of a prestress, to the sum of all dead loads above which their

@@ -28,7 +28,7 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return True for each unit weight that is typical in one unit while another number is so in another.
+    """Return True for each unit weight that is typical in a unit in which ``other`` is not typical.
 
     The entries are False if ``other`` is not typical in any unit.
     """

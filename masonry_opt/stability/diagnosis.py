@@ -171,7 +171,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 
     ``effort`` records the solver, but counts no programs.
     """
-    effort.begins("why there is no load factor")
+    effort.begins("reason why there is no load factor")
     with suppress(DeadLoadUndecided):
         own_flow, associative = (
             _driven(_of_live_load(problem, slope), solver, effort.beside(), DIAGNOSIS)

@@ -94,7 +94,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds, with an optional search, in seconds.
+    """Return the lowest state that the default method finds, with an optional search of given seconds.
 
     The time limit of the bracket ends the default method with its lowest state so far. Without a state by
     then the solution has no answer.

@@ -73,7 +73,8 @@ _MOST_PRODUCTS = 400_000
 #: Least sum of rates that is assumed if kinematics set no limit, in units of the live load's mean velocity.
 _LEAST_RATES = 100.0
 
-#: Sum of rates that is assumed, relative to the sum in the known state. On walls that sum is 30 to 140.
+#: Largest sum of rates that is assumed, relative to the sum in the known state. On walls the sum in the known
+#: state is 30 to 140.
 _OVER_KNOWN = 10.0
 
 

@@ -308,7 +308,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far the part of each face reaches beyond the plane of another face, shape (faces,).
+    """Return the largest distance of each face's part beyond the plane of another face, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
 

@@ -74,7 +74,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return values of further columns of the table; none for load cases."""
+        """Return the values of further columns of the table; empty for load cases."""
         return {}
 
     @property

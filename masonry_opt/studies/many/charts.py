@@ -185,7 +185,7 @@ def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a note, as a list, that axles cross the scene; empty if they do not."""
+    """Return a list with a note that axles cross the scene; the list is empty if no axles do."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
