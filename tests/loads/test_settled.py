@@ -94,7 +94,7 @@ def test_a_pier_that_slides_leaves_a_shorter_joint():
     lengths = assemble(settled_scene(beam(), {"R": (0.02, 0)})).joints.extent
     assert sorted(lengths) == pytest.approx([0.98, 1.0])
     with pytest.raises(
-        OptionError, match=r"slides off block .*: give a smaller movement, such as 0\.5 of it"
+        OptionError, match=r"slides off block .*: give a smaller movement, such as 0\.5 times this movement"
     ):
         settled_scene(beam(), {"R": (1.5, 0)})
 
@@ -154,7 +154,7 @@ def test_a_tie_runs_between_its_displaced_ends():
         ({}, "needs the movement of each support by name, such as"),
         ("R", "needs the movement of each support by name, such as"),
         ([("R", (0, -1)), ("R", (0, 1))], "must name each support once"),
-        ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 of it"),
+        ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 times this movement"),
     ],
 )
 def test_wrong_movements_are_refused(settled, words):
