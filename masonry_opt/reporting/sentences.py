@@ -241,7 +241,7 @@ def _time_limit(v: dict[str, Any]) -> str:
         )
         return f"{ended}; {carried}: raise the time limit"
     if v["last"] is not None:
-        last = f"the last step of the method had λ = {numeral(v['last'], '.6g')}, which is not an answer"
+        last = f"the last step of the method reached λ = {numeral(v['last'], '.6g')}, which is not an answer"
         return f"{ended}; {last}: raise the time limit"
     return f"{ended}: raise the time limit"
 

@@ -448,7 +448,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem whose friction and strength laws are those that limit the forces of the solution."""
+        """Problem with the friction and strength laws that limit the forces of the solution."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property

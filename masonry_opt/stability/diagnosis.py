@@ -380,7 +380,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given movable blocks that no joint or chain of blocks supports from below.
+    """Return the given movable blocks that no joint or chain of blocks supports from below.
 
     No chain of supporting joints connects these blocks with a support. A joint supports a block if its
     normal pushes against the block's dead load.

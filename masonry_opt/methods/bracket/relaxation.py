@@ -123,7 +123,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds on states with ``lowest`` ≤ λ ≤ ``highest``, none of which exceeds a bound in ``of``.
+    """Return bounds on all states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds its value in ``of``.
 
     The higher λ is, the less self-stress is possible.
     """

@@ -175,7 +175,7 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the segments that touch, without those that may be a corner of one of the two blocks.
+    """Return the segments that touch, without segments that may be a corner of one of the two blocks.
 
     The segments that are left out are too short for the distance between their edges, and their edges are not
     parallel; see :data:`~.sides.LEAN`.

@@ -336,7 +336,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return convex polygons, with those that cross themselves only by rounding replaced by their hulls.
+    """Return convex polygons; a polygon that crosses itself only by rounding is replaced by its hull.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """

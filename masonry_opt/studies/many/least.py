@@ -229,7 +229,7 @@ SAMPLES = 5  #: Default number of intermediate values that are tried before the 
 #: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
-_MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs some 30.
+_MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
 
 
 def least(  # noqa: PLR0913 - options of the public API are keywords

@@ -208,7 +208,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Within a context: if none of the runs is solved, remove the journal rows that were added."""
+    """Context manager that removes the added rows of the journal if no run is solved."""
     try:
         yield
     finally:

@@ -299,7 +299,7 @@ class Settlement(StudyAnswer):
         if end.across_rest is not None:
             state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
             across = f"{state}, on the other side of the reaction at rest"
-            sentence = f"{name} reaction: {across}: with the forces of that state the scene would fall"
+            sentence = f"{name} reaction: {across}: the scene would fall if it had the forces of that state"
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
