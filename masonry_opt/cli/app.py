@@ -15,7 +15,8 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Modules of commands that are not in a module of their own name; a module is loaded when its command runs.
+#: Module of each command whose module has another name than the command. A module is loaded when its command
+#: runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")

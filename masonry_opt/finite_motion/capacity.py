@@ -451,7 +451,7 @@ class Capacity:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the printed results as text, by label."""
+        """Return the lines that are printed for the curve, one text for each label."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {

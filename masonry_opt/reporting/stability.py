@@ -1,4 +1,4 @@
-"""Write the reserves of a stable scene without live load, as text by label."""
+"""Write the reserves of a stable scene without live load: one text for each label."""
 
 from masonry_opt.reporting.names import pairs
 from masonry_opt.reporting.sentences import numeral
@@ -28,7 +28,7 @@ def answer_line(result: Outcome) -> str:
 
 
 def reserves(result: Outcome) -> dict[str, str]:
-    """Return texts by label on the reserves of a stable scene; empty for any other result."""
+    """Return the reserves of a stable scene, one text for each label; empty for any other result."""
     stability = result.stability
     if stability is None:
         return {}

@@ -140,7 +140,7 @@ class Threshold(StudyAnswer):
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         does = (
             "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         )
@@ -406,11 +406,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return the difference of a trial's number from the required number, bounded and never zero."""
+            """Return a trial's number minus the required number, limited to finite values other than zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. At a value of exactly zero it would stop, and know only one
-            # end.
+            # Brent's method needs finite values. At a value of exactly zero the method would stop, and only
+            # one end of the interval would be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 

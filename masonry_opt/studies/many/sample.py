@@ -350,7 +350,7 @@ class Sample(StudyAnswer):
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
