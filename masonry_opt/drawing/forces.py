@@ -29,7 +29,8 @@ _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative 
 #: Height, above the highest block, of a single arrow for many forces in space, relative to the size of the
 #: scene. The value is large enough for blocks that move upwards.
 _SINGLE_ARROW_HEIGHT = 0.16
-#: Distance of a single arrow for many forces in the plane from the blocks, relative to the size of the scene.
+#: In the plane, distance from the blocks of a single arrow that stands for many forces, relative to the size
+#: of the scene.
 _SINGLE_ARROW_DISTANCE = 0.04
 #: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
 _SINGLE_ARROW_LENGTH = 0.07

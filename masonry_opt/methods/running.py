@@ -50,7 +50,7 @@ def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> 
 def run_method(method: Method, task: Task) -> Solution:
     """Return the solution of a method.
 
-    The method looks for a collapse in which the live load does no work in three cases:
+    This function looks for a collapse in which the live load does no work in three cases:
 
     - before the method runs, if the incremental load factor is that of such a collapse;
     - if a Coulomb method finds no load factor;

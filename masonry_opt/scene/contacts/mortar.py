@@ -207,7 +207,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
         return
     too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
     bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
-    lower = "lower 'contact_tolerance', or draw the block as one with a neighbour"
+    lower = "lower 'contact_tolerance', or draw the block and a neighbour as one block"
     raise_for(too_thin, scene, f"is {least:.3g} thick, {bridges}: {lower}")
 
 
