@@ -222,7 +222,7 @@ class Code(StrEnum):
     # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"
     # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
-    # largest angle between them, in radians; ``tolerance`` that aligns these joints.
+    # largest angle between two such joints, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Value: ``pairs``, the two blocks of each joint at which corners meet (in space, edges along each other).
     JOINT_AT_CORNERS = "joint at corners"

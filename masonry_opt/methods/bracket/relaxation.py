@@ -43,7 +43,8 @@ _FEW_ROWS = 20_000
 _COARSE = 0.05
 
 #: Largest velocity for the solver if no bound exists, in units of the live load's mean velocity. With free
-#: columns HiPO stalls or fails, and the older method fails on few scenes. The proof does not use this number.
+#: columns HiGHS's solver HiPO stalls or fails, and its older interior-point method fails on a few scenes. The
+#: proof does not use this number.
 _FASTEST = 20.0
 
 #: Rate or velocity below which nothing moves.

@@ -58,7 +58,7 @@ class StateRecord:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that state the number of states with λ above zero, and the lowest λ if it is zero or less."""
+        """Reasons with the number of states above λ = 0, and with the lowest λ if it is zero or less."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []

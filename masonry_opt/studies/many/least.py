@@ -322,7 +322,8 @@ class _Search:
             raise OptionError(f"the scene must be {needed} (found {make!r})")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
-        #: Least number of a trial that holds: a load factor, or a margin of zero.
+        #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
+        #: margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
