@@ -112,7 +112,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors; runs without load factor are ±inf or NaN (see ``load_factors``)."""
+        """Return a column of load factors, with ±inf or NaN for other runs (see ``load_factors``)."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
