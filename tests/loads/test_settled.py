@@ -198,7 +198,7 @@ def test_the_commands_take_a_settlement(command, tmp_path):
     text = command("settle", path, "--support", "R", "--direction", "0,-1", "--movement", "0.02")
     assert "after a movement of 0.02" in text
     assert "'beam' 0.005" in text
-    form = "write SUPPORT:X,Y or SUPPORT:X,Y,ROTATION"
+    form = "write NAME:X,Y or NAME:X,Y,ROTATION"
     for wrong in ("R", "R:1", "R:0,x", ":0,1", "R:0,0,0,0"):
         assert form in command.refused("solve", path, "--settled", wrong)
     axles = {"name": "one", "loads": [10.0], "road": [(0, 3), (5, 3)]}
