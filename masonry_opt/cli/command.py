@@ -98,8 +98,8 @@ _SHARED: dict[str, Any] = {
     "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
-        help="Movement of support NAME before the live load acts, in the length unit of CASE, and a rotation in "
-        "radians; may be repeated.",
+        help="Movement of support NAME before the live load acts, in the length unit of CASE, and a rotation "
+        "in radians; may be repeated.",
         parser=_movement,
     ),
     "view": typer.Option(metavar="AZIM,ELEV", help=_VIEW, parser=_angles),
