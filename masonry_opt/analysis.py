@@ -48,7 +48,7 @@ class Session:
     #: only in loads, if the session keeps any. Answers do not depend on earlier scenes. Forces of an earlier
     #: scene may show that a scene is stable.
     kept: ProgramCache = field(default_factory=ProgramCache)
-    #: True if the session answers if a scene without live load is stable; otherwise it refuses such a scene.
+    #: True if the session decides if a scene without live load is stable; False if it refuses such a scene.
     answers_stability: bool = False
     _last: Assembly | None = None
 
@@ -144,7 +144,7 @@ class Session:
                 return without_answer(self.how.kind, stop, effort, *steps)
 
     def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a stable scene. Raises TimeLimitReached if there is no answer by then."""
+        """Return the solution of a stable scene. Raises TimeLimitReached if time ends before an answer."""
         problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
@@ -303,7 +303,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Result:
-    """Find the load factor at which a scene collapses; without live loads, find if the scene is stable.
+    """Find the load factor at which a scene collapses; without live loads, decide if the scene is stable.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
-#: Largest number of characters of a value in the text of a record. A longer value is shown by its kind.
+#: Largest number of characters of a value in the text of a record. A longer value is shown by its class.
 _LONGEST_VALUE = 60
 
 #: Largest number of characters of the values of a record. Further values are replaced by "...".
@@ -29,7 +29,7 @@ def brief(record: Any) -> str:
 
 
 def _values(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the names and values of a record that are shown: those that differ from their defaults."""
+    """Yield the name and the value of each field of a record that is shown and not left at its default."""
     if is_dataclass(record):
         for field in fields(record):
             value = getattr(record, field.name, None)
@@ -47,7 +47,7 @@ def _values(record: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _short(value: Any) -> str:
-    """Return a value as text of at most ``_LONGEST_VALUE`` characters; large values by their sizes."""
+    """Return a value as text of at most ``_LONGEST_VALUE`` characters. A large value is shown by its size."""
     shape = getattr(value, "shape", None)
     if shape:
         return f"<{type(value).__name__} of shape {shape}>"
@@ -56,7 +56,7 @@ def _short(value: Any) -> str:
     if isinstance(value, str):
         return repr(value) if len(value) < _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
     if isinstance(value, Sequence | Mapping | Set):
-        # Nested records and arrays make a short list long, so that only lists of plain values are written.
+        # Nested records and arrays have long texts, so that only lists of plain values are written in full.
         text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""
         return text if 0 < len(text) <= _LONGEST_VALUE else f"<{type(value).__name__} of {len(value)}>"
     text = repr(value)

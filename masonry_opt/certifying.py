@@ -30,16 +30,16 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Laws of friction that a state can be compared with, as values of the argument ``friction``.
+#: Laws of friction with which a state can be compared: values of the argument ``friction``.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Laws of crushing that a state can be compared with, as values of the argument ``crushing``.
+#: Laws of crushing with which a state can be compared: values of the argument ``crushing``.
 _CRUSHING_LAWS = ("chords", "parabola")
 
 
 @dataclass(frozen=True, eq=False)
 class StateCheck:
-    """Residuals of a state: load factor λ, joint forces q and block velocities d.
+    """Residuals of a collapse state, given by a load factor λ, joint forces q and block velocities d.
 
     All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
     consist of a kind and blocks, such as ``n1[A|ground]``.
@@ -60,7 +60,7 @@ class StateCheck:
 
     assembly: Assembly
     q: np.ndarray  #: joint forces, as passed
-    #: The state in the problem of the next attribute, with its residuals.
+    #: State and residuals as an answer of the attribute ``problem``.
     answer: Answer
     #: Problem by which the state is certified: that of the scene, or an equivalent one in which the dead load
     #: drives the mechanism, if the live load does no work.
@@ -169,7 +169,7 @@ class StateCheck:
         return self.problem.departure(self.answer.d, self._rates, self.answer.slope)
 
     def _largest_at(self) -> dict[str, str]:
-        """Return the name of the place at which each residual is largest."""
+        """Return the name of the row, joint or block at which each residual is largest."""
         problem, answer, names = self.problem, self.answer, self._names
         unbalanced = problem.unbalanced(answer.load_factor, answer.q)
         acting = largest_acting(problem, answer.load_factor, answer.q)
@@ -263,7 +263,7 @@ def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
-    """Return a problem with the named laws of friction and crushing, as far as its joints have these laws.
+    """Return a problem whose joints follow the named laws of friction and crushing.
 
     Raises OptionError if there is no law of such a name.
     """
@@ -278,7 +278,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return an equivalent problem whose live load does work in a mechanism, and the forces in it.
+    """Return an equivalent problem whose live load does work in a mechanism, and its joint forces.
 
     If the live load does no work in the mechanism, dead load and live load are exchanged. The loads at λ are
     the same, and energies are then divided by the work of the dead load. The lowest forces of ties, props and

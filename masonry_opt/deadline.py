@@ -18,7 +18,7 @@ SAME_TIME = 0.1
 
 
 class TimeLimitReached(KeyboardInterrupt):
-    """Signal that the time limit of an analysis is over.
+    """Signal that the time limit of an analysis has passed.
 
     Attributes
     ----------

@@ -80,7 +80,7 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Return relative differences in space: static to kinematic with cones, and cone to polygon.
+        """Return relative differences in space: static to kinematic with cones, and cones to polygons.
 
         The second difference is positive if the polygons give a lower λ than the cones.
         """

@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def phase(self) -> str:
-        """Name of the present phase, after the name of the method's step if the phase is a part of a step."""
+        """Name of the present phase, preceded by the method's step if the phase is part of a step."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:
@@ -67,7 +67,7 @@ class Effort:
             self._step, self._phase = "", self.phase
 
     def lowers(self, load_factor: float) -> None:
-        """Report that the lowest collapse state found so far has a load factor."""
+        """Report the load factor of the lowest collapse state that was found so far."""
         if load_factor != self._lowest:
             self._lowest = load_factor
             self._report()

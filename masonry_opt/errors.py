@@ -42,7 +42,7 @@ class MasonryError(Exception):
 
 
 class LongAnalysisWarning(UserWarning):
-    """The analysis that begins will take more than some minutes; the message names a faster method."""
+    """The analysis will take many minutes; the message names a faster method."""
 
 
 class CaseError(MasonryError, ValueError):

@@ -179,7 +179,7 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
     if not path.parent.is_dir():
         raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
     if path.is_dir() or not os.access(path.parent, os.W_OK):
-        obstacle = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
+        obstacle = "is a folder" if path.is_dir() else f"folder {path.parent} is not writable"
         raise OptionError(f"{path}: cannot be written: {obstacle}")
     refuse_replacing(path, force)
 

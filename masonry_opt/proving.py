@@ -43,7 +43,7 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
     """Search for the least Coulomb load factor of a plane scene, and prove that it is the least.
 
     The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
-    The proof needs no bound on forces or rates. Scenes of up to some 25 joints are proven within seconds.
+    The proof needs no bound on forces or rates. Scenes of up to about 25 joints are proven within seconds.
 
     Parameters
     ----------

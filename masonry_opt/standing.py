@@ -27,7 +27,8 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
 #: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
-#: stable under its dead load. In larger scenes that fall, the contacts take longer to show it.
+#: stable under its dead load. In larger scenes that are unstable, elastic contacts take longer to show the
+#: instability.
 _MOST_JOINTS_AT_REST = 500
 
 #: Name of the method whose answer is the incremental load factor.
@@ -56,7 +57,7 @@ class DeadLoadCheck:
 
     def fall(self) -> Solution | None:
         """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
-        self.effort.begins("does it stand under its dead load?")
+        self.effort.begins("stability under the dead load")
         # The result names the solver of this check and adds its time, but does not count its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
@@ -66,7 +67,7 @@ class DeadLoadCheck:
 
     def answer(self) -> Solution:
         """Return the solution of a scene without live load: stable with its reserves, or unstable."""
-        self.effort.begins("does it stand under its dead load?")
+        self.effort.begins("stability under the dead load")
         own_effort = self.effort.beside()
         is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
         with self.effort.measure("dead_load"):
@@ -75,7 +76,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "a program finds forces, or a solution states why it finds none"
+            assert fallen is not None, "without forces, the solution states the reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if is_small else self._forces_at_rest(own_effort)
@@ -88,9 +89,9 @@ class DeadLoadCheck:
         from masonry_opt.stability.reserves import geometric_margin, least_friction_factor
 
         problem, solver = self.assembly.problem.by_cone, self.how.of_dead_load
-        self.effort.begins("how much friction does it need?")
+        self.effort.begins("least friction of a stable scene")
         factor = least_friction_factor(problem, solver, effort)
-        self.effort.begins("how far are thrusts from the edges of joints?")
+        self.effort.begins("geometric margin of a stable scene")
         margin = geometric_margin(self.assembly, solver, effort)
         friction = np.unique(problem.friction)
         total_dead = float(problem.force_sizes(problem.dead).sum()) or 1.0
@@ -124,7 +125,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("what falls, and what would hold it")
+        self.effort.begins("falling blocks, and what would hold them")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
@@ -133,7 +134,7 @@ class DeadLoadCheck:
         return replace(solution, found=found, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
-        """Return the solution of a scene whose forces need wedging that no load causes; None otherwise.
+        """Return the solution of a scene that is stable only by wedging that no load causes; None otherwise.
 
         Programs find forces that carry the dead load of such a scene, but elastic contacts that start without
         forces do not come to rest, and an exact state of collapse exists. Methods with associative flow do
@@ -159,7 +160,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return forces (3c + t,) of elastic contacts at rest under the dead load; None without them."""
+        """Return forces (3c + t,) of elastic contacts at rest under the dead load; None if unknown."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None

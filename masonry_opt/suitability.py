@@ -20,7 +20,7 @@ def refuse_without_live_load(assembly: Assembly) -> None:
 
 
 def asks_for_stability(assembly: Assembly) -> bool:
-    """Return True if a scene has no live load at all, so that the question is if the scene is stable.
+    """Return True if a scene has no live load at all: the analysis then decides if the scene is stable.
 
     Axles that move, and a load case, are live loads even if they act on no block.
 

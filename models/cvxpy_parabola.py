@@ -18,7 +18,7 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: N² / (f_c L): the amount by which crushing reduces 2 n₁ and 2 n₂ at normal forces of magnitude N.
+        #: N² / (f_c L), by which crushing reduces the limits of 2 n₁ and 2 n₂ at normal force N.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 

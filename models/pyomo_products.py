@@ -130,7 +130,7 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if all products of a static row with the velocities at a joint have variables.
+        """Return True if all products of a static row's forces with a joint's velocities have variables.
 
         The joint is that of the given rate.
         """

@@ -15,7 +15,8 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Modules of commands that are not in a module of their own name; a module is loaded when its command runs.
+#: Module of each command whose module has another name than the command. A module is loaded when its command
+#: runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
@@ -71,7 +72,7 @@ def load(name: str) -> Any:
     except KeyboardInterrupt:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))
-    # Join the lines of each paragraph, so that the help breaks lines at the width of the terminal alone.
+    # Join the lines of each paragraph, so that help texts are wrapped at the width of the terminal.
     paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
     command.help = "\n\n".join([COMMANDS[name], *paragraphs])
     # Output that a command prints without print_text or print_result goes to standard error.

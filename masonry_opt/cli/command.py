@@ -76,7 +76,7 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
     except ValueError:
         parts = ()
     if not (colon and name and len(parts) in (2, 3)):
-        form = "SUPPORT:X,Y or SUPPORT:X,Y,ROTATION, such as pier:0,-0.02"
+        form = "NAME:X,Y or NAME:X,Y,ROTATION with the name of a support, such as pier:0,-0.02"
         raise OptionError(f"--settled {text}: write {form}")
     return name, parts
 
@@ -97,9 +97,9 @@ _SHARED: dict[str, Any] = {
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
     "settled": typer.Option(
-        metavar="SUPPORT:X,Y[,ROT]",
-        help="Movement of a support before the live load acts, in the length unit of CASE, and a rotation in "
-        "radians; may be repeated.",
+        metavar="NAME:X,Y[,ROT]",
+        help="Movement of support NAME before the live load acts, in the length unit of CASE, and a rotation "
+        "in radians; may be repeated.",
         parser=_movement,
     ),
     "view": typer.Option(metavar="AZIM,ELEV", help=_VIEW, parser=_angles),

@@ -136,7 +136,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
-    # A folder is read as a mesh, whatever its name ends with.
+    # A folder is read as meshes, whatever the ending of its name.
     suffix = MESHES[0] if drawing.is_dir() else drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
@@ -155,7 +155,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         given["live_layers"] = dict(given["live_layers"])
     with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file written") as work:
         scene = read(drawing, **given)
-        # The joints are found here, because this raises CaseError if the geometry of the blocks is wrong.
+        # Find the joints here, because the search raises CaseError if the geometry of the blocks is wrong.
         work.show("convert: finding joints")
         joints = len(find_joints(scene, shapes_of(scene)).first)
     corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0

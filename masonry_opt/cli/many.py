@@ -24,7 +24,7 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. The forms are in the text above the options, which has room for them.
+#: Help of the option --vary. The text of the command above its options explains the forms of the values.
 _VARY = "Name and values of a number of CASE, as shown above; may be repeated."
 #: Help of the option --sample.
 _SAMPLE = "In place of --vary: name and distribution of a number of CASE, as shown above; may be repeated."
@@ -34,7 +34,7 @@ _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-
 
 @partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_VARY_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
-    """Parse the text of option --vary; return the name and the values of a number of the scene.
+    """Parse the text of option --vary; return the name of a number of the scene, and its values.
 
     Raises ValueError if the text has another form.
     """

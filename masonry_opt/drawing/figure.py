@@ -279,7 +279,7 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
-    """Raise OptionError if no picture can be written to ``path``; meant to be called before an analysis."""
+    """Raise OptionError if no picture can be written to ``path``; call this function before an analysis."""
     refuse_file(path, force, PICTURE_FORMATS)
 
 

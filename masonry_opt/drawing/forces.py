@@ -29,7 +29,8 @@ _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative 
 #: Height, above the highest block, of a single arrow for many forces in space, relative to the size of the
 #: scene. The value is large enough for blocks that move upwards.
 _SINGLE_ARROW_HEIGHT = 0.16
-#: Distance of a single arrow for many forces in the plane from the blocks, relative to the size of the scene.
+#: In the plane, distance from the blocks of a single arrow that stands for many forces, relative to the size
+#: of the scene.
 _SINGLE_ARROW_DISTANCE = 0.04
 #: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
 _SINGLE_ARROW_LENGTH = 0.07
@@ -57,7 +58,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     yield from fill_marks(assembly, motion)
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
-    rows = 0  # number of single arrows for many forces that are drawn
+    rows = 0  # number of drawn arrows that each stand for many forces
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -111,7 +112,7 @@ def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
     if push[0] < 0:
         tail[0] = high[0] + out - min(length[0], 0.0)
     tail[1] -= max(length[1], 0.0)
-    # Arrows of several kinds of load are below each other.
+    # Arrows of different kinds of load are drawn below each other.
     tail[1] -= row * 2 * _SINGLE_ARROW_LENGTH * size
     return np.array([[tail, tail + length]])
 

@@ -282,7 +282,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Live forces on the blocks that move, with the rates of ``_onset``.
+        """The values of ``_onset``, reduced to live forces on blocks that move.
 
         Blocks at rest are not in the kinematic chain, so their masses do not take part.
         """
@@ -451,7 +451,7 @@ class Capacity:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the printed results as text, by label."""
+        """Return the lines that are printed for the curve, one text for each label."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {

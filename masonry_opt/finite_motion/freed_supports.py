@@ -107,7 +107,7 @@ def freed(
 
 
 def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -> Assembly:
-    """Return an assembly of the plane whose chosen supports can move at rates in a fixed ratio.
+    """Return an assembly in the plane whose chosen supports can move at rates in a fixed ratio.
 
     The supports become blocks without weight. Forces without limits restrain all other motions of them. The
     live load is a push along the motions, as large as the dead load.

@@ -32,7 +32,8 @@ class CodeRules:
     secant: float  #: displacement d*_s of the secant period, as a share of d*_u
     period: float  #: secant period divided by √(d*_s / a*_s)
     has_linear: bool  #: True if the code has a linear check in this limit state
-    #: True if the demand is the largest spectral displacement up to the secant period.
+    #: True if the demand is the largest spectral displacement up to the secant period. False if the demand is
+    #: the spectral displacement at the secant period.
     is_largest_demand: bool
 
 
@@ -212,7 +213,7 @@ def kinematic_check(
 
 
 def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
-    """Return the name and the rules of a code, with shares that the user gives, and all other numbers.
+    """Return the name of a code, its rules with the user's values of shares, and the user's other numbers.
 
     Raises OptionError if the code is unknown, or a number is wrong.
     """

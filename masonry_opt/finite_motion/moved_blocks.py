@@ -221,7 +221,7 @@ class MovedBlocks:
         return ForceOptimum(value, self._motion(problem, d, poses), pressed)
 
     def state_of(self, result: Result) -> ForceOptimum:
-        """Return the load factor, the mechanism and the pressed joints of a result of the blocks at rest."""
+        """Return the load factor, the mechanism and the pressed joints of a result for the blocks at rest."""
         problem, solution = result.assembly.problem, result.solution
         assert solution.d is not None
         assert solution.q is not None

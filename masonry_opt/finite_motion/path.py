@@ -23,8 +23,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 
 #: Largest violation of equilibrium and yield by admissible forces, in the unit of force.
 BORNE = 1e-8
-#: Multiple of BORNE below which a violation shows that a joint is just starting to open. A smaller value
-#: locates the event more exactly.
+#: If a violation is below this multiple of BORNE, a joint is just starting to open. With a smaller value, the
+#: start of opening is located more exactly.
 _JUST_OPENING = 10.0
 #: Smallest overlap angle (rad) at which a closing joint counts as closed; the value must exceed rounding
 #: errors.
@@ -282,7 +282,7 @@ class HingingPath:
         self.motion = optimum.motion
 
     def _can_move(self, state: ForceOptimum) -> bool:
-        """Return True if the hinges of a mechanism leave a motion when they do not slip at all.
+        """Return True if blocks can move by the hinges of a mechanism when no hinge slips.
 
         A small slip, below the threshold at which a joint slides, may be necessary for the motion.
         """

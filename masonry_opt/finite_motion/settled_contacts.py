@@ -31,20 +31,20 @@ _SLIP_WEIGHT = 1e-3
 #: Largest gap of a contact that stays closed, relative to the largest movement of a point. Slips below the
 #: threshold at which a joint slides, as on surveyed blocks, make the conditions slightly inconsistent.
 _LARGEST_GAP = SEPARATES
-#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip is refused: the
-#: mechanism is then another than that of a small settlement.
+#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip is refused, because the
+#: mechanism then differs from that of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Ratio to the largest singular value below which a singular value is zero.
+#: Ratio of a singular value to the largest singular value, below which it counts as zero.
 _SINGULAR = 1e-10
 
 
 class SettlementBlockedError(Exception):
-    """Error of a settlement whose contact conditions have no solution; its text is the reason."""
+    """The blocks cannot follow the movement of the supports; the text of the error is the reason."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points of a scene in the plane, and their part in a mechanism.
+    """Contact points of a scene in the plane, with the points that stay closed in a mechanism.
 
     Positions and poses are those of the geometry at rest, in the scene's unit of length.
 
@@ -66,7 +66,7 @@ class Contacts:
 
     @classmethod
     def of(cls, freed: Assembly, solution: Solution, scale: float, supports: np.ndarray) -> "Contacts":
-        """Create the record from a mechanism of an assembly with freed supports, times ``scale``."""
+        """Create the record from the mechanism of a solution, with velocities multiplied by ``scale``."""
         motion, joints = joint_motion(freed, solution), freed.joints
         assert solution.d is not None
         gap = np.empty(len(joints.joint))  # opening rate of each contact point
@@ -97,7 +97,7 @@ class Contacts:
 
     @cached_property
     def _intervals(self) -> np.ndarray:
-        """Extent of both blocks' edges along each joint's tangent, from its start, shape (joints, 2, 2).
+        """Interval of both blocks' edges along each joint's tangent, from the joint's start, (joints, 2, 2).
 
         A block that touches with a corner has an interval without length.
         """
@@ -111,7 +111,7 @@ class Contacts:
                 off, at = ends @ joints.normal[number], ends @ joints.tangent[number]
                 on_line = (np.abs(off) <= tolerance).all(axis=0)
                 low, high = at.min(axis=0), at.max(axis=0)
-                # The edge that contains the joint, or that ends at its corner.
+                # Select the edge that contains the joint, or that ends at its corner.
                 near = on_line & (low <= own + tolerance) & (high >= -tolerance)
                 bounds = (low[near].min(), high[near].max()) if near.any() else (0.0, 0.0)
                 intervals[number, side] = bounds
@@ -229,10 +229,10 @@ class Contacts:
         movement = float(lengths(placed(point, poses[self.joints.first[self.joints.joint]]) - point).max())
         gap, slip = (np.abs(part).max(initial=0.0) for part in (normal, tangential))
         if gap > _LARGEST_GAP * movement or slip > _LARGEST_SLIP * movement:
-            raise SettlementBlockedError("the blocks lock before the supports have moved so far")
+            raise SettlementBlockedError("the blocks lock before the supports reach their new positions")
 
     def displaced_joints(self, poses: np.ndarray) -> tuple[np.ndarray, Joints]:
-        """Return the indices of the joints that do not separate, and these joints between displaced blocks.
+        """Return the indices of the joints that do not separate, and the joints between displaced blocks.
 
         An opened joint lies on the bisecting line of its edges. Raises SettlementBlockedError if a block has
         slid off another block.
@@ -244,7 +244,7 @@ class Contacts:
         rotation[:, 2] = (poses[first, 2] + poses[second, 2]) / 2
         of_first, of_second = joints.first[joints.joint], joints.second[joints.joint]
         point = (placed(joints.point, poses[of_first]) + placed(joints.point, poses[of_second])) / 2
-        # A corner that slides on an edge stays at its place on its own block.
+        # A contact point at a corner that slides on an edge moves with the block of the corner.
         corner = np.where(self.face == of_first, of_second, of_first)
         is_corner = self.slides[joints.joint] & (joints.extent[joints.joint] == 0)
         point[is_corner] = placed(joints.point, poses[corner])[is_corner]
@@ -271,7 +271,7 @@ class Contacts:
         return kept, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
 
     def _slid(self, moved: Joints, kept: np.ndarray, poses: np.ndarray) -> Joints:
-        """Return displaced joints in which joints that slide along an edge have the length still shared."""
+        """Return displaced joints; joints that slide along an edge have the length that is still shared."""
         point = moved.point.copy()
         for number in np.flatnonzero(self.slides[kept] & (moved.extent > 0)):
             joint = kept[number]

@@ -27,7 +27,7 @@ from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Form of the movements of supports, in error messages.
 _FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
-#: Largest number of halvings of a movement in the search for a movement that can be followed.
+#: Largest number of times that a movement is halved in the search for a movement that blocks can follow.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
 
@@ -84,7 +84,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     for halving in range(1, _MOST_HALVINGS_OF_MOVEMENT + 1):
         share = 0.5**halving
         if isinstance(_state(assembly, free, solution, share * scale, movements), SettledState):
-            remedy = f"give a smaller movement, such as {share:g} of it"
+            remedy = f"give a smaller movement, such as {share:g} times this movement"
             raise OptionError(f"{scene.origin}: 'settled': {state}: {remedy}")
     raise OptionError(f"{scene.origin}: 'settled': {state}: give a much smaller movement, or omit 'settled'")
 
@@ -151,7 +151,7 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
 
 
 def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: Solution) -> float:
-    """Return the factor by which the velocities of a mechanism move the supports by their movements.
+    """Return the factor on a mechanism's velocities at which the supports move by their given movements.
 
     Movements and the rotation have the units of the problem, shape (k, 3). Raises OptionError if the supports
     do not move in the mechanism.
@@ -175,7 +175,7 @@ def _state(
     scale: float,
     movements: Mapping[str, tuple[float, float, float]],
 ) -> SettledState | str:
-    """Return the state after a settlement, or the reason why it cannot be followed as a sentence."""
+    """Return the state after a settlement, or a sentence on why the blocks cannot follow the supports."""
     supports = np.setdiff1d(free.movable, assembly.movable)
     contacts = Contacts.of(free, solution, scale, supports)
     try:
@@ -186,17 +186,17 @@ def _state(
     meeting = overlapping(assembly.geometry, poses, contacts.bodies)
     if meeting:
         first, second = assembly.names(np.array(meeting))
-        return f"blocks '{first}' and '{second}' meet before the supports have moved so far"
+        return f"blocks '{first}' and '{second}' meet before the supports reach their new positions"
     assert solution.q is not None
     forces = free.problem.by_kind(solution.q)[:, kept].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
-    # The forces that hold the supports come last.
+    # The forces that hold the freed supports are the last limited forces.
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
     state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
     if _falls(_without_opened_ends(problem, contacts.open_ends(kept))):
-        return "the masonry falls under its dead load before the supports have moved so far"
+        return "the masonry falls under its dead load before the supports reach their new positions"
     return state
 
 

@@ -181,7 +181,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # With a smaller first ε fewer solves fail, but the relaxation more seldom ends at a low λ.
+        # With a smaller first ε fewer solves fail, but the relaxation ends at a low λ less often.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None

@@ -44,7 +44,7 @@ _NEGLIGIBLE_WORK = 1e-3
 #: 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, most often is the
+#: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, is usually the
 #: answer.
 _MOST_LOAD_FACTORS = 8
 

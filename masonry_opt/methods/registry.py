@@ -141,12 +141,12 @@ class HowToSolve:
 
     @property
     def kind(self) -> Kind:
-        """Kind of the answers of the method, for results without an answer."""
+        """Kind of answer that the method computes; results without an answer state it too."""
         return Kind.ASSOCIATIVE if self.chosen.associative else Kind.EXACT
 
     @cached_property
     def _has_own_limit(self) -> bool:
-        """True if the method has an option for its time, which decides how it divides the time."""
+        """True if the method has an option for its time, and divides this time among its steps."""
         return self.chosen.options is not None and _TIME_LIMIT in self.chosen.options.model_fields
 
     @cached_property

@@ -19,12 +19,12 @@ from masonry_opt.solution.thresholds import SAME
 #: finds no load factor.
 _MOST_JOINTS_NO_WORK = 8000
 
-#: Largest number of joints in the plane with which a Coulomb method takes no more than some minutes; see
+#: Largest number of joints in the plane with which a Coulomb method takes no more than a few minutes; see
 #: "Façades" in benchmarks/README.md. With a larger number the warning about long analyses comes later.
 _MOST_JOINTS_IN_MINUTES = 30_000
 
-#: Largest number of contact points in space with which a Coulomb method takes no more than some minutes. With
-#: a larger number the warning about long analyses comes later.
+#: Largest number of contact points in space with which a Coulomb method takes no more than a few minutes.
+#: With a larger number the warning about long analyses comes later.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
 #: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
@@ -33,13 +33,13 @@ NO_WORK = 1e-3
 
 
 def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> None:
-    """Warn before an analysis that will take more than some minutes, if the user set no time limit."""
+    """Warn before an analysis that will take more than a few minutes, if the user set no time limit."""
     contacts = "contact points" if problem.layout.round else "joints"
     most = _MOST_CONTACTS_IN_MINUTES if problem.layout.round else _MOST_JOINTS_IN_MINUTES
     if method.associative or time_limit is not None or problem.joints <= most:
         return
     scene = f"the scene has {problem.joints} {contacts}"
-    advice = "method 'static' is several times as fast, and a time limit ends the analysis"
+    advice = "method 'static' is several times as fast, and 'time_limit' (--time-limit) limits the time"
     warnings.warn(
         f"{scene}, so that method '{method.name}' will take many minutes: {advice}",
         LongAnalysisWarning,
@@ -50,7 +50,7 @@ def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> 
 def run_method(method: Method, task: Task) -> Solution:
     """Return the solution of a method.
 
-    A collapse in which the live load does no work is looked for in three cases:
+    This function looks for a collapse in which the live load does no work in three cases:
 
     - before the method runs, if the incremental load factor is that of such a collapse;
     - if a Coulomb method finds no load factor;

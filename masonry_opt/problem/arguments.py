@@ -22,7 +22,7 @@ def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
 
 
 def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
-    """Return a vector of a given number of entries; ``meaning`` says in words which entries they are.
+    """Return a vector of a given number of entries; ``meaning`` describes the entries in error messages.
 
     Raises OptionError, which names the argument, if the value is not an array of this shape.
     """
@@ -34,7 +34,7 @@ def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
 
 
 def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
-    """Return a value as an array of floats. Raises OptionError if it consists of anything but numbers."""
+    """Return a value as an array of floats. Raises OptionError if the value contains anything but numbers."""
     try:
         array = np.asarray(value)
     except ValueError:  # NumPy raises this error for lists of unequal lengths

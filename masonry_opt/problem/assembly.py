@@ -199,7 +199,7 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # Level edges below a fill are inclined after the settlement, and then carry a small pressure.
+        # After the settlement, level edges below a fill are inclined and carry a small pressure.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))

@@ -36,7 +36,7 @@ class Sides(_Limited):
         return self.layout.word
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint: its energy of sliding below the shear limit.
+        """Return the complementarity error of each joint: the energy of sliding with a shear below its limit.
 
         The shape is (senses, k) for linear conditions and (k,) for a cone.
 
@@ -94,7 +94,7 @@ class Chords(_Limited):
     word = "chords"
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint: its energy of crushing below the strength.
+        """Return the complementarity error of each joint: the energy of crushing below the strength.
 
         The shape is (2, l, chords) for chords and (l,) for the parabola.
 

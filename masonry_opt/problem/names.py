@@ -106,7 +106,7 @@ class ProblemNames:
 
 
 def labels_of(names: Sequence[str], legal: bool) -> list[str]:
-    """Return unique labels of named things, in the form ``[A|ground]``.
+    """Return unique labels made of the given names, in the form ``[A|ground]``.
 
     If ``legal`` is True, the form is ``{A|ground}`` and other characters are replaced, so that all solvers
     can read the labels in LP files.

@@ -10,8 +10,9 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, structural_rank
 
-#: Smallest singular value of a scaled matrix with independent columns, relative to its largest one. A larger
-#: value calls fewer scenes statically determinate. A stack of 600 blocks has 4e-6, a redundant joint 1e-16.
+#: Ratio of the smallest to the largest singular value of a scaled matrix above which its columns count as
+#: independent. With a larger value, fewer scenes are found statically determinate. The ratio is 4e-6 for a
+#: stack of 600 blocks, and 1e-16 with a redundant joint.
 _LEAST_SINGULAR_VALUE = 1e-9
 
 #: Largest number of columns of a connected component whose singular values are computed, which takes up to a

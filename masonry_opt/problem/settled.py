@@ -76,7 +76,7 @@ class SettledState:
         if len(at_rest.first) != self.count or len(scene.blocks) != len(self.poses):
             raise CaseError(
                 f"{scene.origin}: the blocks of a scene with settled supports keep their shapes: change the "
-                "blocks first, and settle the supports of the new scene"
+                "blocks first, and then settle the supports of the new scene"
             )
         properties = {name: getattr(at_rest, name)[self.kept] for name in _JOINT_PROPERTIES}
         return replace(self.joints, **properties)

@@ -80,7 +80,7 @@ def small_gaps(v: dict[str, Any]) -> str:
 
 
 def lost_joints(v: dict[str, Any]) -> str:
-    """State that a large tolerance loses joints, with the contact tolerance that keeps them."""
+    """State that joints are lost by a large tolerance, and which contact tolerance keeps these joints."""
     wide = [f"{rounded_up(width, 2)} apart" if width > 0 else "touching" for width in v["widths"]]
     remedy = "lower 'tolerance'"
     if max(v["widths"]) > 0:
@@ -128,8 +128,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
     Code.JOINT_AT_CORNERS: lambda v: (
-        f"{pairs(v)} meet corner on corner, in space edge along edge: a joint is made there, on the bisector "
-        "of the sides that face each other, in a notch on both sides; check that its direction is right"
+        f"{pairs(v)} meet corner on corner (in space, edge along edge), and a joint is made there: on the "
+        "bisector of the facing sides, or on both sides of a notch; check the direction of the joint"
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} meet at corners only, where a joint would have no length, so that no joint is made: "

@@ -249,7 +249,7 @@ def state_found(result: Outcome) -> str:
 
 
 def _state(result: Outcome) -> str:
-    """Return text on whether the collapse state is exact, and why not.
+    """Return text that states if the collapse state is exact, and if not, why.
 
     For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
     friction.

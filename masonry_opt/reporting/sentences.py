@@ -110,7 +110,7 @@ def _carried(v: dict[str, Any]) -> str:
     many = "one of many solutions that carry the dead load"
     if v["elastic"]:
         return f"the forces shown are those of elastic contacts that come to rest: {many}"
-    return f"the forces shown are those that a program found: {many}, and may contain self-stress"
+    return f"the forces shown were computed by an optimisation program and may contain self-stress: {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -241,7 +241,7 @@ def _time_limit(v: dict[str, Any]) -> str:
         )
         return f"{ended}; {carried}: raise the time limit"
     if v["last"] is not None:
-        last = f"the last step of the method had λ = {numeral(v['last'], '.6g')}, which is not an answer"
+        last = f"the last step of the method reached λ = {numeral(v['last'], '.6g')}, which is not an answer"
         return f"{ended}; {last}: raise the time limit"
     return f"{ended}: raise the time limit"
 

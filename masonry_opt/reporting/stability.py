@@ -1,4 +1,4 @@
-"""Write the reserves of a stable scene without live load, as text by label."""
+"""Write the reserves of a stable scene without live load: one text for each label."""
 
 from masonry_opt.reporting.names import pairs
 from masonry_opt.reporting.sentences import numeral
@@ -9,7 +9,8 @@ from masonry_opt.solution.stability import Stability
 #: First line of the answer if a scene without live load is stable.
 STABLE = "stable under its dead load"
 
-#: Margins and friction factors up to this value are printed as zero, because bisections stop there.
+#: Friction factors up to this value, geometric margins as close to 1, and margins of the worst joint up to
+#: this value are described in words, because bisections end there.
 _NEGLIGIBLE_RESERVE = 2e-4
 
 
@@ -27,7 +28,7 @@ def answer_line(result: Outcome) -> str:
 
 
 def reserves(result: Outcome) -> dict[str, str]:
-    """Return texts by label on the reserves of a stable scene; empty for any other result."""
+    """Return the reserves of a stable scene, one text for each label; empty for any other result."""
     stability = result.stability
     if stability is None:
         return {}
@@ -50,7 +51,7 @@ def _least_friction(stability: Stability, friction: list[float]) -> str:
     if stability.least_friction is None:
         return f"{numeral(factor, '.4g')} times the friction of each joint; with less the scene is unstable"
     least = numeral(stability.least_friction, ".4g")
-    return f"{least}; with less the scene is unstable (the joints have {friction[0]:g})"
+    return f"{least}; with less friction the scene is unstable (the joints have {friction[0]:g})"
 
 
 def _thrust(stability: Stability) -> str:
@@ -70,7 +71,7 @@ def _worst_joint(stability: Stability) -> str:
         return ""
     joint = pairs({"pairs": [[worst.first, worst.second]]})
     distance, share = numeral(worst.distance, ".4g"), numeral(100 * worst.margin, ".3g")
-    where = f"{joint}: resultant {distance} from the edge of the joint, {share} % of the way to its middle"
+    where = f"{joint}: resultant {distance} from the joint's edge, {share} % of the distance to its middle"
     if worst.margin <= _NEGLIGIBLE_RESERVE:
         where = f"{joint}: resultant at the edge of the joint"
     return where if stability.unique else f"{where}, with the forces shown"

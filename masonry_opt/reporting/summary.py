@@ -58,7 +58,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """Return texts by label on everything in a result other than its load factors and status."""
+    """Return one text for each label, on everything in a result except its load factors and status."""
     known = {
         **({"forces": _why(result)} if result.stability else {"why": _why(result)}),
         **reserves(result),
@@ -276,7 +276,7 @@ def _reference(result: Outcome) -> str:
 
 
 def _technical(result: Outcome) -> dict[str, str]:
-    """Return the technical lines of a summary, as text by label."""
+    """Return the technical lines of a summary, one text for each label."""
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
     if result.stability:

@@ -166,7 +166,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Move each changed key that exists only in a nested record into that record."""
+        """Return the changes, with keys that exist only in a nested record moved to that record."""
         fields = type(self).model_fields
         own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
@@ -315,7 +315,7 @@ class Block(Body):
 
     def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.parts is None):
-            yield f"give 'vertices', or 'parts' for a block of several polygons (of a solid: {SHAPES})"
+            yield f"give 'vertices', or 'parts' for a block of several polygons (for a solid: {SHAPES})"
         yield from super()._mistakes()
 
     @property

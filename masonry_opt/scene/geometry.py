@@ -28,14 +28,14 @@ NEAR_MISS = 1e-2
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
-#: messages also suggest to bridge gaps that are openings.
+#: messages also suggest bridging gaps that are openings.
 MORTAR = 0.35
 
 #: Allowance for curved edges that are drawn in chords, relative to the contact tolerance: the gap between two
 #: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
 _CHORD_ALLOWANCE = 0.05
 
-#: Rounding of a gap, relative to the gap, that the advice of a contact tolerance allows for.
+#: Amount by which an advised contact tolerance exceeds the gap, relative to the gap, to allow for rounding.
 _GAP_ROUNDING = 1e-6
 
 #: Ratio of tolerance to corner error above which the alignment makes joints parallel. Each of two sides in
@@ -314,14 +314,14 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
-    """Return twice the size of each shape divided by the size of its boundary, 0 without boundary."""
+    """Return twice the size of each shape divided by the size of its boundary; 0 for an empty boundary."""
     return np.divide(2 * size, boundary, out=np.zeros_like(size), where=boundary > 0)
 
 
 def refuse_too_thin(
     scene: Scene, block: np.ndarray, thickness: np.ndarray, limits: tuple[float, float]
 ) -> None:
-    """Raise CaseError if the scene's ``tolerance`` alone makes blocks, or parts of blocks, too thin.
+    """Raise CaseError if blocks, or parts of blocks, are too thin for the scene's ``tolerance`` alone.
 
     Parameters
     ----------

@@ -123,8 +123,8 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and scene.tilt_direction is None:
         yield "'tilt' needs a direction that is not parallel to gravity"
     for why in _not_tilting(scene) if scene.tilt else ():
-        allowed = "'tilt' is allowed only if weights and friction are the only loads and laws"
-        yield f"{allowed}, but {why}: remove that, or 'tilt'"
+        allowed = "'tilt' is allowed only if all loads are weights and the only joint law is friction"
+        yield f"{allowed}, but {why}: remove it, or remove 'tilt'"
     yield from _wrong_cases(scene)
 
 

@@ -32,7 +32,7 @@ _MESSAGES = {
     "less_than": "must be less than {lt}",
     "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
-    # For a missing entry of a list; a missing key has another message.
+    # This message is for a missing entry of a list. A missing key has another message.
     "missing": "needs two numbers, [x, y]",
 }
 

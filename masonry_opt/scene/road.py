@@ -138,12 +138,13 @@ class Axles(Record):
 
     @property
     def _has_symmetric_strips(self) -> bool:
-        """Return True if the uniform loads are equal from both ends of the group."""
+        """Return True if the uniform loads equal their mirror image about the middle of the group."""
         strips = self.strips
         if not len(strips):
             return True
         distances = self.group.distances
-        # A group without axles may have any centre, because only its position changes with the centre.
+        # A group without axles is mirrored about the middle of its uniform loads. Another centre would only
+        # shift the mirrored loads.
         twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
         mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
         own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))

@@ -105,7 +105,7 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 
 def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the unbalanced force of each block over the largest force that acts on it, shape (b,).
+    """Return the unbalanced force of each block, divided by the largest force on the block, shape (b,).
 
     ``unbalanced`` is the residual of equilibrium, shape (3b,); ``acting`` is :func:`largest_acting`. Each
     moment is converted to a force at the block's longest arm.
@@ -117,7 +117,7 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the violation of each yield condition over the force on a block, shape (faces,).
+    """Return the violation of each yield condition, divided by the force on a block, shape (faces,).
 
     The violations are −z; a negative entry is no violation. A violation in a joint is divided by the largest
     force on its less loaded block, that of a limited force by the smallest entry of ``acting``, which is

@@ -227,7 +227,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table of the limited forces (such as ties) with some roles; unknown values are NaN."""
+    """Return a table of the limited forces (such as ties) with the given roles; unknown values are NaN."""
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]

@@ -143,7 +143,7 @@ class Outcome:
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis; the load factor, if any, is the lowest by then."""
+        """True if the time limit ended the analysis; the load factor, if any, is the lowest found by then."""
         return self.solution.has(Code.TIME_LIMIT)
 
     @property
@@ -448,7 +448,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem whose friction and strength laws are those that limit the forces of the solution."""
+        """Problem with the friction and strength laws that limit the forces of the solution."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property

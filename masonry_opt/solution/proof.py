@@ -24,7 +24,7 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 FORMAT = 1
 
 #: Forces that sum to this many times all loads are covered by a conflict, and motions that sum to this many
-#: times the live load's mean velocity. A larger number asks for multipliers with smaller rounding errors.
+#: times the live load's mean velocity. A larger number requires multipliers with smaller rounding errors.
 REACH = 1e6
 
 

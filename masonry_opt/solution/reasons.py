@@ -204,9 +204,9 @@ class Code(StrEnum):
     # median; ``median`` of all unit weights; ``per_area``, True if unit weights are per area (in the plane
     # without a thickness).
     WEIGHTS_DIFFER = "weights differ"
-    # Values: ``fill``, number of the fill, from 1; ``backing``, True if the fill's backing is meant;
-    # ``unit_weight`` of the fill or backing; ``beside``, "blocks" or "fill", with which ``unit_weight`` is
-    # compared; ``other``, the unit weight of these blocks or this fill.
+    # Values: ``fill``, number of the fill, from 1; ``backing``, True for the fill's backing and False for the
+    # fill; ``unit_weight`` of the fill or backing; ``beside``, "blocks" or "fill", with which ``unit_weight``
+    # is compared; ``other``, the unit weight of these blocks or this fill.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
     # ``value`` of the strength or prestress; ``weight`` of a median block, or the sum of all dead loads if
@@ -222,7 +222,7 @@ class Code(StrEnum):
     # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"
     # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
-    # largest angle between them, in radians; ``tolerance`` that aligns these joints.
+    # largest angle between two such joints, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Value: ``pairs``, the two blocks of each joint at which corners meet (in space, edges along each other).
     JOINT_AT_CORNERS = "joint at corners"

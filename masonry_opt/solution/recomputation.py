@@ -63,7 +63,7 @@ def normal_columns(assembly: Assembly) -> Columns:
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return the points of application and the directions of limited forces that have one of some roles.
+    """Return the points of application and the directions of limited forces that have one of the given roles.
 
     The point is on the first block of the limited force. ``ux``, ``uy`` (``uz``) is the force on this block
     per unit of the limited force. The second block of a tie or prop carries the opposite force on the same

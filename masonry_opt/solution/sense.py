@@ -17,7 +17,7 @@ from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
 #: Unusual properties of joints: the code of the warning, the names of the properties, and the test. Friction
-#: above 3 (tan 72°) exceeds that of any dry joint, and is perhaps meant in degrees. Dilatancy below −friction
+#: above 3 (tan 72°) exceeds that of any dry joint, and may be an angle in degrees. Dilatancy below −friction
 #: is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
@@ -34,11 +34,11 @@ _FAR_DISTANCE_RATIO = 10.0
 _OTHER_UNITS = 300.0
 
 #: Ratio of weights per area above which typical values are compared, if blocks are given by their weights. In
-#: the plane, a smaller ratio may be that of their thicknesses.
+#: the plane, different thicknesses of blocks can cause smaller ratios.
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength of a tie or prop, or of a prestress, to the sum of all dead loads above which their
-#: units probably differ. A larger value misses a strength in N beside weights in kN in large scenes.
+#: units probably differ. A larger value misses a strength in N in large scenes with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
 #: Ratio of a block's weight to the strength of a tie or prop above which the strength is too small to matter.

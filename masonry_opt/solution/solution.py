@@ -120,7 +120,7 @@ class Solution:
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None without a load history or without an end of it."""
+        """Largest load factor of the load history; None if there is no load history, or if it has no end."""
         state = self.at_incremental
         if state is None:
             return None

@@ -28,7 +28,7 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return True for each unit weight that is typical in one unit while another number is so in another.
+    """Return True for each unit weight that is typical in a unit in which ``other`` is not typical.
 
     The entries are False if ``other`` is not typical in any unit.
     """
@@ -46,4 +46,4 @@ def units_in_words(one: float, other: float) -> str:
     if "" in units or units[0] == units[1]:
         return ""
     kilonewtons = [f"{_PER_KILONEWTON[unit]:g} {unit}" for unit in units if unit != "kN/m³"]
-    return f"these look like {units[0]} and {units[1]} (1 kN/m³ is {' or '.join(kilonewtons)}); "
+    return f"these values look like {units[0]} and {units[1]} (1 kN/m³ is {' or '.join(kilonewtons)}); "

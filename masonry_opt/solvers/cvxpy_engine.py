@@ -98,7 +98,7 @@ class CvxpyEngine:
             with effort.measure("read"), warnings.catch_warnings():
                 warnings.simplefilter(
                     "ignore"
-                )  # the status already tells that a solution may be inaccurate, so omit CVXPY's warning
+                )  # the status already shows that a solution may be inaccurate, so omit CVXPY's warning
                 program.unpack_results(raw, chain, inverse)
         # CVXPY raises ValueError if HiGHS ends as "unknown" without values.
         except (cp.SolverError, ValueError) as error:

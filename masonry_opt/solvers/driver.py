@@ -12,7 +12,7 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """Return the engine class of a language, and its models by formulation.
+    """Return the engine class of a modelling language, and its models by the name of the formulation.
 
     Only the language that is used is imported, because an import takes a second.
     """

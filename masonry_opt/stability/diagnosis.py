@@ -171,7 +171,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 
     ``effort`` records the solver, but counts no programs.
     """
-    effort.begins("why there is no load factor")
+    effort.begins("reason why there is no load factor")
     with suppress(DeadLoadUndecided):
         own_flow, associative = (
             _driven(_of_live_load(problem, slope), solver, effort.beside(), DIAGNOSIS)
@@ -380,7 +380,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given movable blocks that no joint or chain of blocks supports from below.
+    """Return the given movable blocks that no joint or chain of blocks supports from below.
 
     No chain of supporting joints connects these blocks with a support. A joint supports a block if its
     normal pushes against the block's dead load.

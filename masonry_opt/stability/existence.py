@@ -59,7 +59,7 @@ _TO_BLAME = 1e-9
 #: Number of latest cuts that are counted to choose the next face for branching.
 _OF_LATE = 200
 
-#: State of a face in a choice of moving faces: not yet decided.
+#: State of a face in a choice of moving faces: it is undecided if the face moves.
 _OPEN = -1
 
 #: State of a face in a choice of moving faces: the face does not move.
@@ -221,7 +221,7 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     """
     if problem.joints > _RAYS_UP_TO:
         return None
-    effort.begins("is there a load factor at all?")
+    effort.begins("existence of a load factor")
     own = effort.beside()
     certificate = _proof(in_units_of_load(problem).problem, own, of_mechanism)
     effort.add("solve", own.seconds["solve"])

@@ -21,7 +21,7 @@ class StudyCode(StrEnum):
     #: at the largest decrease of λ, and ``fixed``, the values of the other numbers. For a sample also
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: Value: ``values``, numbers beyond the threshold at which the scene also holds.
+    #: Value: ``values``, numbers beyond the threshold at which the scene is also stable or carries the load.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: Values: ``load_factor`` of a crossing, and ``bound``, its larger lower bound, which is a contradiction.
     BELOW_BOUND = "below bound"

@@ -164,7 +164,7 @@ class StudyAnswer(ABC):
     """Base class of the answers of studies, for terminal, notebook, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         return {}
 
     @abstractmethod

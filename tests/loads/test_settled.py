@@ -94,7 +94,7 @@ def test_a_pier_that_slides_leaves_a_shorter_joint():
     lengths = assemble(settled_scene(beam(), {"R": (0.02, 0)})).joints.extent
     assert sorted(lengths) == pytest.approx([0.98, 1.0])
     with pytest.raises(
-        OptionError, match=r"slides off block .*: give a smaller movement, such as 0\.5 of it"
+        OptionError, match=r"slides off block .*: give a smaller movement, such as 0\.5 times this movement"
     ):
         settled_scene(beam(), {"R": (1.5, 0)})
 
@@ -154,7 +154,7 @@ def test_a_tie_runs_between_its_displaced_ends():
         ({}, "needs the movement of each support by name, such as"),
         ("R", "needs the movement of each support by name, such as"),
         ([("R", (0, -1)), ("R", (0, 1))], "must name each support once"),
-        ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 of it"),
+        ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 times this movement"),
     ],
 )
 def test_wrong_movements_are_refused(settled, words):
@@ -198,7 +198,7 @@ def test_the_commands_take_a_settlement(command, tmp_path):
     text = command("settle", path, "--support", "R", "--direction", "0,-1", "--movement", "0.02")
     assert "after a movement of 0.02" in text
     assert "'beam' 0.005" in text
-    form = "write SUPPORT:X,Y or SUPPORT:X,Y,ROTATION"
+    form = "write NAME:X,Y or NAME:X,Y,ROTATION"
     for wrong in ("R", "R:1", "R:0,x", ":0,1", "R:0,0,0,0"):
         assert form in command.refused("solve", path, "--settled", wrong)
     axles = {"name": "one", "loads": [10.0], "road": [(0, 3), (5, 3)]}

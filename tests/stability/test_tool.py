@@ -111,7 +111,7 @@ def test_unwritable_folder_is_told_before_long_work(monkeypatch, watched, comman
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
     solved = watched(import_module("masonry_opt.cli.solve"), "solve_scene")
     told = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
-    assert "does not let files be written" in told
+    assert "is not writable" in told
     (tmp_path / "folder.png").mkdir()
     assert "is a folder" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
     assert solved == []

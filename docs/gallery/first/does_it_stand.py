@@ -25,9 +25,9 @@ def stairs(shift: float) -> mo.Scene:
 
 
 # %%
-# By hand: the three upper bricks have their common centre at one shift beyond that of brick 2, and so at two
-# shifts beyond that of brick 1. They stand on brick 1 while this is at most half its length: up to a shift
-# of 1/4. Every analysis first decides if the scene stands under its dead load.
+# By hand: the three upper bricks have their common centre of gravity in the middle of brick 3, two shifts
+# beyond the middle of brick 1. They are stable on brick 1 if two shifts are at most half its length: up to a
+# shift of 1/4. Every analysis first decides if the scene is stable under its dead load.
 for shift in (0.2, 0.24, 0.26):
     result = mo.solve(stairs(shift))
     print(f"shift {shift:g}: {'falls' if result.status is mo.Status.UNSTABLE else 'stands'}")

@@ -2,8 +2,8 @@
 What does a load test say beside limit analysis?
 ================================================
 
-Five arch bridges were loaded to collapse on a line across their road, at a quarter of the span. What of that
-load does limit analysis find, as ever more is counted on?
+Five arch bridges were loaded to collapse on a line across their road, at a quarter of the span. How much of
+this load does limit analysis find, if more and more effects of the fill are included?
 """
 
 from matplotlib.figure import Figure

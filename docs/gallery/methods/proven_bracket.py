@@ -2,8 +2,8 @@
 Is there a lower load factor?
 =============================
 
-An answer by Coulomb's law is one state of collapse of many, and the lowest one counts. On small scenes it
-can be proven that there is none lower.
+A Coulomb answer is one of many collapse states, and the least load factor of all states decides. On small
+scenes the program can prove that no state is lower.
 """
 
 import masonry_opt as mo
@@ -16,8 +16,8 @@ result = mo.solve(scene, "global", time_limit=20)
 print(result.message)
 
 # %%
-# The bound comes from linear programs whose answer is checked against the matrices. It holds for all
-# mechanisms whose slips and openings sum to no more than is said, as `reasons` tell a program:
+# The bound comes from linear programs, whose answers are verified with the matrices. The bound is valid for
+# all mechanisms whose slips and openings sum to at most the number in `reasons`:
 print(f"{result.bound:.6f} ≤ λ ≤ {result.required():.6f}")
 assert 0 <= result.required() - result.bound < 1e-5
 assert abs(result.required() - 0.479263) < 1e-6

@@ -103,7 +103,7 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
 
 
 def _without_range(start: float | None) -> str:
-    """Return the reason why there is nothing to search below a load factor; empty if there is something."""
+    """Return the reason why a search below a load factor is impossible; empty if it is possible."""
     if start is None:
         return "neither an exact state nor an upper bound is known"
     if start <= ZERO:

@@ -30,7 +30,7 @@ class ProofSettings:
     #: loads. With a smaller distance rounding errors make more bounds invalid.
     margin: float = 1e-6
 
-    #: Number of linear programs after which a search ends without a proof. A program takes some 0.3 ms on
+    #: Number of linear programs after which a search ends without a proof. A program takes about 0.3 ms on
     #: scenes of 30 joints. Unlike a time limit, this limit ends a search at the same point on every machine.
     most_programs: int = 10_000_000
 

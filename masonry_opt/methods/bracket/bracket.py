@@ -26,8 +26,8 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. It
-#: lowers the upper end, and with it the limits of the forces.
+#: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. The
+#: search lowers the upper end of the bracket, and thus the limits of the forces.
 _MANY_JOINTS = 60
 
 #: Share of the time limit for this search.
@@ -94,7 +94,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds, with an optional search, in seconds.
+    """Return the lowest state that the default method finds, with an optional search of given seconds.
 
     The time limit of the bracket ends the default method with its lowest state so far. Without a state by
     then the solution has no answer.

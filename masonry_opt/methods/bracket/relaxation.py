@@ -43,7 +43,8 @@ _FEW_ROWS = 20_000
 _COARSE = 0.05
 
 #: Largest velocity for the solver if no bound exists, in units of the live load's mean velocity. With free
-#: columns HiPO stalls or fails, and the older method fails on few scenes. The proof does not use this number.
+#: columns HiGHS's solver HiPO stalls or fails, and its older interior-point method fails on a few scenes. The
+#: proof does not use this number.
 _FASTEST = 20.0
 
 #: Rate or velocity below which nothing moves.
@@ -73,7 +74,8 @@ _MOST_PRODUCTS = 400_000
 #: Least sum of rates that is assumed if kinematics set no limit, in units of the live load's mean velocity.
 _LEAST_RATES = 100.0
 
-#: Sum of rates that is assumed, relative to the sum in the known state. On walls that sum is 30 to 140.
+#: Largest sum of rates that is assumed, relative to the sum in the known state. On walls the sum in the known
+#: state is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
@@ -122,7 +124,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds on states with ``lowest`` ≤ λ ≤ ``highest``, none of which exceeds a bound in ``of``.
+    """Return bounds on all states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds its value in ``of``.
 
     The higher λ is, the less self-stress is possible.
     """

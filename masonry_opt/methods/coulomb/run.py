@@ -198,7 +198,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for lower states until so many starts in a row have found none."""
+        """Look for lower states until ``starts`` successive starts have found no lower state."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)

@@ -58,7 +58,7 @@ class StateRecord:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons with the number of states above zero, and with a lowest load factor of zero or less."""
+        """Reasons with the number of states above λ = 0, and with the lowest λ if it is zero or less."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
@@ -113,7 +113,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the states of further starts until so many starts in a row have found no lower state."""
+        """Yield the states of further starts until ``starts`` successive starts have found no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state

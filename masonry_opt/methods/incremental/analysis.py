@@ -270,7 +270,7 @@ class _LoadRaising:
         return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the positive scale to which differences of a load factor are relative."""
+        """Return the positive number by which differences of a load factor are divided."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:

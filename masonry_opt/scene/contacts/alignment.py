@@ -35,7 +35,7 @@ class AlignmentSettings:
     #: edges of coarse surveys; with a smaller value such edges stay as they are drawn.
     most_turn: float = 0.02
     #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
-    #: merges more planes that were meant to be one; with fewer fits, long walls keep several planes.
+    #: merges more planes that belong together; with fewer fits, long walls keep several planes.
     fits: int = 4
     #: Largest movement of a contact point, relative to the tolerance. A point that would move farther,
     #: because its planes meet at a sharp angle, is moved onto the plane of its joint only.

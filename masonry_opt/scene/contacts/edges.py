@@ -18,8 +18,9 @@ from masonry_opt.scene.scene import Scene
 #: edges keep their coordinates; corners of other edges that touch are moved to the middle between the edges.
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
-#: Smallest length that two parallel edges share, relative to the tolerance. Edges at an angle must share a
-#: longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners make joints.
+#: Smallest length that two parallel edges must share to form a joint, relative to the tolerance. Edges at an
+#: angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners make
+#: joints.
 _SHORTEST_PARALLEL = 3.0
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
@@ -155,7 +156,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Where a chain of segments across a gap bends, short segments may be left; they are corners.
+    # Short segments may remain where a chain of segments across a gap bends. They are corners, not joints.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
@@ -174,7 +175,7 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the segments that touch, without those that may be a corner of one of the two blocks.
+    """Return the segments that touch, without segments that may be a corner of one of the two blocks.
 
     The segments that are left out are too short for the distance between their edges, and their edges are not
     parallel; see :data:`~.sides.LEAN`.
@@ -242,7 +243,7 @@ class PlaneCorners(sides.BlockCorners):
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return where corners of pairs of blocks meet within the tolerance."""
+        """Return the places at which corners of pairs of blocks meet within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance

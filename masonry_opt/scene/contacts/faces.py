@@ -237,7 +237,8 @@ class SolidCorners(sides.BlockCorners):
         along = unit(tip - tail)
         inwards = np.cross(outer.frame.normal[face], along)
         self.inwards = sums(number, inwards, len(edge))
-        # The block is to the left of the face that runs along an edge, and to the right of the other face.
+        # The boundary of one face at an edge runs in the direction of the edge, that of the other face
+        # against it.
         runs_along = dots(along, self.direction[number]) > 0
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
@@ -256,7 +257,7 @@ class SolidCorners(sides.BlockCorners):
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return where edges of pairs of blocks run along each other within the tolerance."""
+        """Return the places at which edges of pairs of blocks run along each other within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
@@ -290,7 +291,7 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the first and last vectors of edges, for their directions and for opposite directions."""
+        """Return ``first`` and ``last`` of edges, for the direction of each edge and for its reverse."""
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)
 

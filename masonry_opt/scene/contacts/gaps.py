@@ -16,12 +16,12 @@ from masonry_opt.scene.geometry import (
 from masonry_opt.scene.scene import Scene
 
 #: Option of a scene that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
-#: ``contact_tolerance`` bridges gaps that are meant, such as undrawn mortar.
+#: ``contact_tolerance`` bridges intended gaps, such as undrawn mortar.
 ClosingOption = Literal["tolerance", "contact_tolerance"]
 
 
 class Closing(NamedTuple):
-    """Option of a scene that closes small gaps, with its smallest value."""
+    """Option of a scene that closes small gaps, with the smallest value that is sufficient."""
 
     option: ClosingOption = "tolerance"
     tolerance: float = 0.0  #: smallest value of the option that closes all gaps; 0 without gaps
@@ -36,7 +36,7 @@ class Closing(NamedTuple):
 def near_misses(
     touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int, *, drawn_apart: bool = False
 ) -> Facing:
-    """Return those pairs of facing sides that are separated by a small, probably unintended gap.
+    """Return the pairs of facing sides that are separated by a small, probably unintended gap.
 
     Three kinds of rows are left out:
 

@@ -424,7 +424,7 @@ def refuse_floating(
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     bridge = find_bridge(scene, shapes, (first, second), closes_gaps) if len(loose) else None
     if bridge:
-        # Name blocks first that the advised tolerance connects.
+        # List the blocks that the advised tolerance connects first, and the remaining blocks after them.
         loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
     is_alone = ~np.isin(loose, [first, second])
     alone = loose[is_alone]

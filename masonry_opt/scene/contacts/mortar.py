@@ -24,12 +24,12 @@ from masonry_opt.scene.scene import Scene
 #: larger value, the advised tolerance also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as
-#: parallel. With a larger value, errors of coordinates count as gaps that are meant.
+#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
+#: With a larger value, errors of coordinates count as intended gaps.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. Thinner blocks are refused. With a smaller value,
-#: both sides of a block would be one line or plane.
+#: Smallest thickness of a block, relative to ``tolerance``. Thinner blocks are refused. With too small a
+#: value, both sides of a block may merge into one line or plane.
 _THINNEST = 2.0
 
 
@@ -59,7 +59,7 @@ class Bridge:
         return f"{self.closing.advice}{instead}, which {makes}"
 
     def _connections(self, scene: Scene) -> str:
-        """Return as text how many blocks the option connects to supports, and the first other block."""
+        """Return text on how many blocks the option connects to supports, and on the blocks that remain."""
         connected = f"{counted(self.blocks, 'block')} to supports"
         others = len(self.remaining) - 1
         if others < 0:
@@ -91,7 +91,7 @@ def find_bridge(
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
-        """Return the blocks without support if gaps up to a given width are closed."""
+        """Return the blocks that remain without support when gaps up to a given width are closed."""
         closed = ends[facing.most <= gap]
         group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
         return np.flatnonzero(~np.isin(group, group[scene.fixed]))
@@ -133,7 +133,7 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return pairs of blocks, and their sides across possible mortar joints, without sides that have a joint.
+    """Return pairs of blocks, and their sides that face each other across possible mortar but have no joint.
 
     ``joined`` holds the two blocks of each joint. ``contact_tolerance`` replaces that of the shapes.
     """
@@ -146,8 +146,8 @@ def _gaps_to_close(
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
     """Return the option of the scene that closes given gaps, and its value.
 
-    Several gaps with parallel sides are meant, and no errors of coordinates, so that the contact tolerance
-    closes them. If ``near`` is a tolerance, a tolerance closes the small gaps of the scene too.
+    Several gaps with parallel sides count as intended, not as errors of coordinates, and the contact
+    tolerance closes them. If ``near`` is a tolerance, a tolerance closes the small gaps of the scene too.
     """
     option = closing(scene, shapes, pairs, closed)
     is_parallel = closed.angle * closed.shorter <= _PARALLEL_ERROR * closed.most
@@ -207,7 +207,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
         return
     too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
     bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
-    lower = "lower 'contact_tolerance', or draw the block as one with a neighbour"
+    lower = "lower 'contact_tolerance', or draw the block and a neighbour as one block"
     raise_for(too_thin, scene, f"is {least:.3g} thick, {bridges}: {lower}")
 
 
@@ -229,7 +229,7 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
-    """Return the tolerance of lengths of a scene, or the default tolerance if this is smaller."""
+    """Return the tolerance of lengths of a scene, or the default tolerance if the default is smaller."""
     low, high = (corners[~scene.fixed] for corners in shapes.boxes)
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
     return min(shapes.tolerance, default)
@@ -242,6 +242,6 @@ def _mean_gap(facing: Facing) -> np.ndarray:
 
 
 def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return one number for each pair of blocks, whatever their order, shape (pairs,)."""
+    """Return a number that identifies each pair of blocks in either order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -29,8 +29,8 @@ _MOST_PAIRS = 1_000_000
 #: coincident blocks are all neighbours of each other.
 _MOST_PAIRS_PER_BLOCK = 40
 
-#: Number of the three points in a gap that must be in third blocks if these blocks lie between its sides.
-#: With a smaller value, a block that covers a part of the gap opens the whole joint.
+#: Third blocks count as lying between the sides of a gap if they contain at least this number of three points
+#: in the gap. With a smaller value, a block that covers a part of the gap prevents the whole joint.
 _POINTS_BETWEEN = 2
 
 #: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.

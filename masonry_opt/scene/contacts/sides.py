@@ -203,7 +203,7 @@ class Touches(Rows):
 
 @dataclass(frozen=True)
 class Meetings(Rows):
-    """Corners of two blocks that meet; in space, edges of two blocks that run along each other."""
+    """Places at which corners of two blocks meet; in space, edges of two blocks that run along each other."""
 
     pair: np.ndarray  #: number of the pair of blocks, shape (meetings,)
     first: np.ndarray  #: number of the corner (in space, edge) of the first block, shape (meetings,)
@@ -236,7 +236,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return where corners of pairs of blocks meet (in space, where edges run along each other).
+        """Return the places at which corners of pairs of blocks meet (in space, edges run along each other).
 
         ``Meetings.pair`` is the number of the row in ``pairs``.
         """

@@ -25,7 +25,8 @@ _TRIANGLES = 4
 _STRIP = 5
 _FAN = 6
 
-#: Largest number of corners of all nodes. A small file with many instances of one mesh may describe more.
+#: Largest number of corners of all nodes. A file with more corners is refused. A small file may have more,
+#: because many nodes can show one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
 
@@ -98,7 +99,7 @@ class _Gltf:
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
-        # The last entry is taken next, so that nodes are in the order of the file.
+        # The last entry of the queue is taken next, so that nodes are in the order of the file.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
         visited: set[int] = set()
         while queue:
@@ -113,7 +114,7 @@ class _Gltf:
             queue += [(int(child), matrix, below) for child in reversed(node.get("children", []))]
 
     def _primitives(self, primitives: list[dict[str, Any]]) -> tuple[np.ndarray, list[list[int]]]:
-        """Return the corners and the triangles of a mesh's primitives together."""
+        """Return the corners and the triangles of all primitives of a mesh."""
         corners: list[np.ndarray] = []
         faces: list[list[int]] = []
         first = 0

@@ -15,7 +15,7 @@ from masonry_opt.scene.space.faces import place
 _TRIANGLE_REACH = 4.0
 
 #: Largest distance of a corner from the planes of its sides that may be noise of the program that wrote the
-#: mesh, relative to the tolerance. A larger value flattens more bends that are meant.
+#: mesh, relative to the tolerance. A larger value also flattens bends that are intended.
 _NOISE = 4.0
 
 #: Smallest singular value, relative to the largest, of the normals at a corner that is moved onto its planes.

@@ -101,8 +101,8 @@ class WallStretch(NamedTuple):
     end: float  #: coordinate of the second end along the axis; at a corner, the outer face of the other wall
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
-    #: Openings of the wall. Once the crossings are known, only the openings within the stretch and between
-    #: crossings.
+    #: Openings of the wall. When the crossings are known, openings outside the stretch or at crossings are
+    #: removed.
     holes: tuple[_Hole, ...]
     #: Other walls that cross or meet the stretch, in ascending order of position.
     crossings: tuple[WallCrossing, ...] = ()

@@ -308,7 +308,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far the part of each face reaches beyond the plane of another face, shape (faces,).
+    """Return the largest distance of each face's part beyond the plane of another face, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
 
@@ -336,7 +336,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return convex polygons, with those that cross themselves only by rounding replaced by their hulls.
+    """Return convex polygons; a polygon that crosses itself only by rounding is replaced by its hull.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """

@@ -27,7 +27,7 @@ from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, 
 #: Least time limit for the certified bounds of a scene, in seconds. A longer time limit of runs applies to
 #: the bounds too.
 _BOUNDS_TIME = 120.0
-#: Default methods: those that take seconds on a wall of Table 1.
+#: Default methods, which take seconds on a wall of Table 1.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
 TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a loose one, and the default of the package.

@@ -74,7 +74,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return assessed(self, self.required_factor).outcome is AssessmentOutcome.PASSED
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         return facts(self)
 
     def as_dict(self) -> dict[str, Any]:

@@ -30,7 +30,7 @@ from masonry_opt.studies.crossing.assessment import refuse_required_factor
 from masonry_opt.studies.crossing.text import WITHIN
 
 _LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, relative to the length of the road.
-#: Type of axles that move over the road, or of the name of a group of axles.
+#: Type of the argument ``axles``: records of axles, or the name of a group of axles of the scene.
 _AxlesArgument = str | Axles | Sequence[Axles] | None
 
 

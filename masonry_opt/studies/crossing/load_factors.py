@@ -66,7 +66,7 @@ class CrossingLoadFactors:
 
     @property
     def axle_loads(self) -> list[float]:
-        """Load of each axle of the worst group that λ = 1 stands for, beginning with the first axle.
+        """Load of each axle of the worst group at λ = 1, beginning with the first axle.
 
         The loads contain the factor of the group and that of the load case. They act on the effective width,
         of which the scene carries a share.
@@ -78,13 +78,13 @@ class CrossingLoadFactors:
 
     @property
     def capacity(self) -> list[float]:
-        """Load of each axle at collapse, λ times ``axle_loads``; empty without a load factor."""
+        """Load of each axle at collapse: λ times ``axle_loads``. The list is empty without a load factor."""
         load_factor = self.load_factor
         return [] if load_factor is None else [load_factor * load for load in self.axle_loads]
 
     @property
     def uniform_loads(self) -> list[float]:
-        """Uniform loads of the worst group per unit length that λ = 1 stands for, with all factors."""
+        """Uniform loads of the worst group at λ = 1, per unit length and with all factors."""
         if self.least is None:
             return []
         passage = self.least.passage

@@ -15,7 +15,7 @@ _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
 
 
 def facts(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the printed lines of a crossing as text by label."""
+    """Return the lines that are printed for a crossing: one text for each label."""
     worst = answer.worst
     lines = {"case": worst.case, "method": worst.method} | _load_case_facts(answer)
     missing_cases = some([*map(repr, answer.not_crossed)])

@@ -46,7 +46,7 @@ _MOST_DIRECTIONS = 3600  #: Largest number of directions.
 
 
 def _bar_label(result: Result) -> str:
-    """Return the text beside a bar: the load factor, or the status if there is none."""
+    """Return the text next to a bar: the load factor, or the status if there is no load factor."""
     return str(result.status) if result.load_factor is None else f"λ = {factor_text(result.load_factor)}"
 
 
@@ -75,7 +75,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return values of further columns of the table; none for load cases."""
+        """Return the values of further columns of the table; empty for load cases."""
         return {}
 
     @property

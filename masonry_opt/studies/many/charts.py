@@ -41,7 +41,7 @@ _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as 
 _UP = "triangle-up"  #: Mark of a value above the axis.
 _MOST_DRAWN_LINES = 7  #: Largest number of values of the second number that are drawn as lines.
 _MOST_WRITTEN_VALUES = 6  #: Largest number of values beyond the axis whose numbers are all written.
-#: Axis titles with a symbol, by the name of the number.
+#: Axis titles that contain a symbol, by the name of the number on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
     "joints.friction_angle": "friction angle φ [°]",
@@ -185,7 +185,7 @@ def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a note, as a list, that axles cross the scene; empty if they do not."""
+    """Return a list with a note that axles cross the scene; the list is empty if no axles do."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 

@@ -124,8 +124,8 @@ def _deviation(value: Any, mean: float, subject: str) -> float:
     number = _number(value)
     if mean and number > abs(mean):
         more = f"a standard deviation of {number:g} is more than the mean, {mean:g}"
-        if_share = f"if per cent of the mean are meant, write '{number:g}%'"
-        if_not = f"if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
+        if_share = f"for a percentage of the mean, write '{number:g}%'"
+        if_not = f"for the number itself, write '{100 * number / abs(mean):.6g}%'"
         raise OptionError(f"{subject}: {more}: {if_share}; {if_not}")
     return number
 

@@ -140,7 +140,7 @@ class Threshold(StudyAnswer):
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         does = (
             "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         )
@@ -229,7 +229,7 @@ SAMPLES = 5  #: Default number of intermediate values that are tried before the 
 #: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
-_MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs some 30.
+_MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
 
 
 def least(  # noqa: PLR0913 - options of the public API are keywords
@@ -322,7 +322,8 @@ class _Search:
             raise OptionError(f"the scene must be {needed} (found {make!r})")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
-        #: Least number of a trial that holds: a load factor, or a margin of zero.
+        #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
+        #: margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -406,11 +407,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return the difference of a trial's number from the required number, bounded and never zero."""
+            """Return a trial's number minus the required number, limited to finite values other than zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. At a value of exactly zero it would stop, and know only one
-            # end.
+            # Brent's method needs finite values. At a value of exactly zero the method would stop, and only
+            # one end of the interval would be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 

@@ -119,7 +119,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
-    # A state under axles is a state of another run only if the axles govern at the same position there.
+    # A state under axles is not recorded for other runs, because axles may govern at another position there.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
     return entries
@@ -208,7 +208,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Within a context: if none of the runs is solved, remove the journal rows that were added."""
+    """Context manager that removes the added rows of the journal if no run is solved."""
     try:
         yield
     finally:
@@ -247,8 +247,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # An existing journal of other runs raises an error first. A new journal begins only if the table may be
-    # replaced.
+    # Opening an existing journal raises an error if the journal records other runs. A new journal begins only
+    # if the table may be replaced.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)

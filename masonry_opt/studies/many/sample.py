@@ -112,7 +112,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors; runs without one have ±inf or NaN (see ``load_factors``)."""
+        """Return a column of load factors, with ±inf or NaN for other runs (see ``load_factors``)."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -350,7 +350,7 @@ class Sample(StudyAnswer):
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)

@@ -76,7 +76,7 @@ def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
     if crossed.least is not None and crossed.undecided:
         count, first = crossed.undecided, crossed.undecided_at[0]["position"]
         place = f"first axle at {numeral(first, '.6g')}" + (" and elsewhere" if count > 1 else "")
-        sentence = f"{counted(count, 'position')} of the axles undecided, at which λ may be less: {place}"
+        sentence = f"no answer at {counted(count, 'position')} of the axles, where λ may be less: {place}"
         yield study_warning(StudyCode.POSITIONS_UNDECIDED, sentence, count=count, positions=[first])
     if crossed.left_out:
         cases = some([*map(repr, crossed.left_out)])

@@ -154,8 +154,8 @@ class Bound:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The incremental reaction may be a peak of the load history, and differ from the reaction of the
-            # final state, which is that of ``result.load_factor``.
+            # The incremental reaction may be a peak of the load history. It then differs from the reaction of
+            # the final state, to which ``result.load_factor`` belongs.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
@@ -299,12 +299,12 @@ class Settlement(StudyAnswer):
         if end.across_rest is not None:
             state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
             across = f"{state}, on the other side of the reaction at rest"
-            sentence = f"{name} reaction: {across}: with the forces of that state the scene would fall"
+            sentence = f"{name} reaction: {across}: the scene would fall if it had the forces of that state"
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer as text by label."""
+        """Return the lines that are printed for the answer, one text for each label."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"

@@ -129,7 +129,7 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
         return
     is_number = isinstance(movement, int | float) and not isinstance(movement, bool)
     if not is_number or not 0 < movement < np.inf:
-        needs = "needs a length above zero, such as 0.02: 'direction' gives its sense"
+        needs = "needs a length above zero, such as 0.02; 'direction' sets the sense of the movement"
         raise OptionError(f"{scene.origin}: movement: {needs} (found {movement!r})")
 
 
