@@ -97,7 +97,7 @@ _SHARED: dict[str, Any] = {
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
     "settled": typer.Option(
-        metavar="SUPPORT:X,Y[,ROT]",
+        metavar="SUPPORT:X,Y[,R]",
         help="Movement of a support before the live load acts, in the length unit of CASE, and a rotation in "
         "radians; may be repeated.",
         parser=_movement,
