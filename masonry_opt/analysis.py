@@ -4,6 +4,7 @@ Importing modelling languages takes seconds. Modules that declare or solve progr
 the functions that use them.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.settled import Movements
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import keyword_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import SMALLEST, Kind
 from masonry_opt.solution.answer import FinalState
@@ -366,7 +368,9 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         if not callable(function):
             raise OptionError(f"{name} must be a function (found {function!r})")
     engine: dict[str, Any] = {"model": model, "solver": solver, "tolerance": tolerance}
-    session = prepare(method, incremental=incremental, time_limit=time_limit, **engine, **options)
+    session = prepare(
+        method, function=solve, incremental=incremental, time_limit=time_limit, **engine, **options
+    )
     effort = Effort(phases)
     with limited(session.how.time_limit):
         effort.begins("reading blocks")
@@ -393,6 +397,7 @@ def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
 def prepare(
     method: str = DEFAULT,
     *,
+    function: Callable[..., Any] | None = None,
     keeps: bool = False,
     incremental: bool = True,
     time_limit: float | None = None,
@@ -400,11 +405,14 @@ def prepare(
 ) -> Session:
     """Return a session that solves scenes as :func:`solve` does.
 
-    The options include the model, the solver and the tolerance. If ``keeps`` is True, the session keeps
+    The options include the model, the solver and the tolerance. Errors about unknown options suggest the
+    arguments of ``function``, the function that the user called. If ``keeps`` is True, the session keeps
     geometry and compiled programs for scenes that differ only in joint properties or loads.
 
     Raises OptionError if the method, the model, the solver or an option is unknown or not available.
     """
     engine = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
     limits: dict[str, Any] = {"incremental": incremental, "time_limit": time_limit}
-    return Session(HowToSolve(method, **engine, **limits, options=options), ProgramCache(keeps))
+    arguments = () if function is None else keyword_arguments(function)
+    how = HowToSolve(method, **engine, **limits, options=options, arguments=arguments)
+    return Session(how, ProgramCache(keeps))

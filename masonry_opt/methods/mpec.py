@@ -111,14 +111,31 @@ class CasadiIpopt:
         self._products = [row_of[id(row)] for row in model.complementarity_rows]
         bounds = {"lbx": problem.x_lb, "ubx": problem.x_ub, "lbg": problem.g_lb, "ubg": problem.g_ub}
         self._bounds = {name: np.array(bound) for name, bound in bounds.items()}
-        functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
-        # If functions are expanded to scalar operations, derivatives take a thirtieth of the time.
-        quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
-        limit = {"max_wall_time": seconds_left()} if math.isfinite(seconds_left()) else {}
-        options = {f"ipopt.{name}": value for name, value in {**_OPTIONS, **limit}.items()} | quiet
-        self._solver = casadi.nlpsol("program", "ipopt", functions, options)
+        self._functions: dict[str, Any] = {
+            "x": casadi.vertcat(*problem.x),
+            "f": problem.f,
+            "g": casadi.vertcat(*problem.g),
+        }
+        self._solver = self._compiled()
         #: Multipliers of the last solve, from which the next solve starts.
         self.multipliers: dict[str, Any] = {}
+
+    def _compiled(self) -> Any:
+        """Return IPOPT's solver of the program, which ends when the time limit of the analysis is over."""
+        import casadi
+
+        # If functions are expanded to scalar operations, derivatives take a thirtieth of the time.
+        options: dict[str, Any] = {
+            "expand": True,
+            "print_time": False,
+            "ipopt.print_level": 0,
+            "ipopt.sb": "yes",
+        }
+        options |= {f"ipopt.{name}": value for name, value in _OPTIONS.items()}
+        left = seconds_left()
+        if math.isfinite(left):
+            options["ipopt.max_wall_time"] = max(left, SAME_TIME)  # IPOPT refuses zero
+        return casadi.nlpsol("program", "ipopt", self._functions, options)
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
         """Solve with z p ≤ ``epsilon``, starting from the present values of the variables.
@@ -127,6 +144,9 @@ class CasadiIpopt:
         TimeLimitReached if the time limit of the analysis is over.
         """
         check_time()
+        if math.isfinite(seconds_left()):
+            # Each solve has less time than the solve before. IPOPT's limit is fixed when IPOPT is compiled.
+            self._solver = self._compiled()
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
         solution = self._solver(x0=start, **self._bounds, **self.multipliers)
@@ -192,6 +212,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
         model.start_from(begin)
         ipopt.multipliers = {}
         for epsilon in _epsilons(first, smallest):
+            effort.begins(f"relaxation, ε = {epsilon:.0e}")
             began = time.perf_counter()
             solved, word, iterations = ipopt.solve(epsilon)
             seconds = time.perf_counter() - began

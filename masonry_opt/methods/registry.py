@@ -6,7 +6,7 @@ A new method needs one entry in this module.
 import difflib
 import math
 import reprlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any
@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
-from masonry_opt.scene.mistakes import instead_of
+from masonry_opt.scene.mistakes import did_you_mean, instead_of
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solvers.registry import (
     MATRICES,
@@ -83,19 +83,9 @@ FORMER_METHODS = {
 #: Name of the argument, and of the option of a method, that limits the time in seconds.
 _TIME_LIMIT = "time_limit"
 
-#: Arguments of ``solve`` and of other functions that are not options of a method. Errors may suggest them.
-_OTHER_ARGUMENTS = (
-    "scene",
-    "method",
-    "model",
-    "solver",
-    "tolerance",
-    "incremental",
-    "time_limit",
-    "load_case",
-    "progress",
-    "phases",
-)
+#: Arguments that every function with options of a method passes on. Errors about unknown options suggest
+#: these arguments.
+_PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
 
 
 @dataclass(frozen=True)
@@ -112,6 +102,8 @@ class HowToSolve:
     incremental: bool = True
     time_limit: float | None = None  #: longest time of an analysis in seconds; None without a limit
     options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
+    #: names of the arguments of the calling function, which errors about unknown options suggest
+    arguments: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.incremental, bool):
@@ -164,7 +156,9 @@ class HowToSolve:
             if option == "expected":
                 raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
-                raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
+                raise OptionError(
+                    f"method '{method.name}' has no option '{option}'{self._instead(option, known)}"
+                )
         try:
             # An option may be a result; the method then takes the ``solution`` of the result.
             values = {name: getattr(value, "solution", value) for name, value in given.items()}
@@ -178,6 +172,20 @@ class HowToSolve:
             }
             parts = [f"option '{option}': {text}" if option else text for option, text in wrong.items()]
             raise OptionError(f"method '{method.name}': {'; '.join(parts)}") from None
+
+    def _instead(self, option: str, known: Iterable[str]) -> str:
+        """Return the end of an error message: advice about an option that the method does not have."""
+        homes = _homes(option)
+        if homes:
+            return f"; methods that have it: {', '.join(homes)}"
+        near = did_you_mean(option, [*known, *self.arguments, *_PASSED_ARGUMENTS])
+        if near:
+            return near
+        others = [name for other in METHODS.values() if other.options for name in other.options.model_fields]
+        close = difflib.get_close_matches(option, others, n=1)
+        if close:
+            return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
+        return f"; it has: {', '.join(known) or 'none'}"
 
     @cached_property
     def engine(self) -> Solver:
@@ -219,21 +227,6 @@ class HowToSolve:
         """
         quick = self.solver is None and self.chosen.own_tolerances
         return find_solver("cvxpy", None) if quick else self.engine
-
-
-def _instead(option: str, known: Iterable[str]) -> str:
-    """Return the end of an error message: advice about an option that the method does not have."""
-    homes = _homes(option)
-    if homes:
-        return f"; methods that have it: {', '.join(homes)}"
-    close = difflib.get_close_matches(option, [*known, *_OTHER_ARGUMENTS], n=1)
-    if close:
-        return f"; did you mean '{close[0]}'?"
-    others = [name for method in METHODS.values() if method.options for name in method.options.model_fields]
-    close = difflib.get_close_matches(option, others, n=1)
-    if close:
-        return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
-    return f"; it has: {', '.join(known) or 'none'}"
 
 
 def _homes(option: str) -> list[str]:

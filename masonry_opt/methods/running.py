@@ -23,8 +23,9 @@ _MOST_JOINTS_NO_WORK = 8000
 #: "Façades" in benchmarks/README.md. With a larger number the warning about long analyses comes later.
 _MOST_JOINTS_IN_MINUTES = 30_000
 
-#: Largest number of contact points in space with which a Coulomb method takes no more than a few minutes.
-#: With a larger number the warning about long analyses comes later.
+#: Largest number of contact points in space with which a Coulomb method takes no more than a few minutes. The
+#: number is an estimate: no benchmark measures it. With a larger number the warning about long analyses comes
+#: later.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
 #: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no

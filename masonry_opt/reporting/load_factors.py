@@ -301,8 +301,7 @@ def _not_proven(result: Outcome) -> str:
 def search_remark(result: Outcome, states: str) -> str:
     """Return the end of a phrase on lower load factors: the search made, or advice to search.
 
-    ``states`` names the states in the remark, such as "lower ones". Only the default method has the option
-    ``search``, so the advice names this method if another method was used.
+    ``states`` names the states in the remark, such as "lower ones".
     """
     if result.time_limit_reached:
         seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
@@ -313,7 +312,16 @@ def search_remark(result: Outcome, states: str) -> str:
         return f": a longer search may find {states}"
     if result.assembly.problem.dilatancy_depends_on_stress:
         return ""
-    option = "option search=10" if result.method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
+    return search_advice(result.method, states)
+
+
+def search_advice(method: str, states: str) -> str:
+    """Return the end of a phrase on lower load factors, with the option that searches for lower states.
+
+    Only the default method has the option ``search``, so the advice names this method if another method was
+    used. ``states`` names the states, such as "lower ones".
+    """
+    option = "option search=10" if method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
     return f" ({option} looks for {states})"
 
 

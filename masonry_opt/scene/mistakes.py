@@ -1,9 +1,10 @@
 """Write the errors of wrong values in case files and in Python, one line for each mistake."""
 
 import difflib
+import inspect
 import reprlib
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
@@ -92,6 +93,12 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     by_lower_case = {entry.lower(): entry for entry in known}
     close = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
     return f"; did you mean '{by_lower_case[close[0]]}'?" if close else ""
+
+
+def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
+    """Return the names of all arguments that a function accepts by name, without its ``**options``."""
+    parameters = inspect.signature(function).parameters.values()
+    return tuple(each.name for each in parameters if each.kind is not each.VAR_KEYWORD)
 
 
 def instead_of(name: object, known: Iterable[str]) -> str:

@@ -44,10 +44,13 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Add the time of later solves to another effort, and start the next solve without a basis."""
+        """Add the time of later solves to another effort, and start the next solve as if it were first."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
-        self._highs._solver_model.clearSolver()
+        highs = self._highs._solver_model
+        # HiGHS keeps the basis and the scaling of the matrix of an earlier solve. A model that is passed anew
+        # has neither.
+        highs.passModel(highs.getLp())
 
     @property
     def size(self) -> LpSize:

@@ -40,3 +40,44 @@ def test_unknown_names_of_records():
         mo.crossing(scene, "bogy")
     with pytest.raises(mo.OptionError, match="kind of picture 'thrsut' is unknown; did you mean 'thrust'"):
         mo.solve(block_on_floor(), "static").plot("thrsut")
+
+
+STUDIES = {
+    "sweep": lambda **more: mo.sweep(block_on_floor(), {"joints.friction": [0.3]}, **more),
+    "sample": lambda **more: mo.sample(block_on_floor(), {"joints.friction": ("uniform", 0.3, 0.4)}, **more),
+    "least": lambda **more: mo.least(lambda friction: block_on_floor(friction=friction), 0.1, 1.0, **more),
+    "most": lambda **more: mo.most(lambda width: block_on_floor(width=width), 0.1, 1.0, **more),
+    "settle": lambda **more: mo.settle(block_on_floor(), "floor", (0, -1), **more),
+    "crossing": lambda **more: mo.crossing(block_on_floor(), **more),
+    "directions": lambda **more: mo.directions(block_on_floor(), **more),
+    "solve_cases": lambda **more: mo.solve_cases(CASED, **more),
+}
+
+
+@pytest.mark.parametrize(
+    ("study", "typed", "meant"),
+    [
+        ("sweep", "worker", "workers"),
+        ("sweep", "ot", "out"),
+        ("sample", "sed", "seed"),
+        ("sample", "dsk", "dask"),
+        ("least", "sample", "samples"),
+        ("most", "laod", "load"),
+        ("settle", "movment", "movement"),
+        ("crossing", "required_facter", "required_factor"),
+        ("crossing", "serch", "search"),
+        ("directions", "evry", "every"),
+        ("solve_cases", "setled", "settled"),
+        ("solve_cases", "time_limits", "time_limit"),
+    ],
+)
+def test_a_misspelt_argument_of_a_study(study, typed, meant):
+    with pytest.raises(mo.OptionError) as error:
+        STUDIES[study](**{typed: 2})
+    assert f"no option '{typed}'; did you mean '{meant}'?" in str(error.value)
+
+
+def test_an_argument_of_another_study_is_not_suggested():
+    with pytest.raises(mo.OptionError) as error:
+        mo.solve(block_on_floor(), worker=2)
+    assert "workers" not in str(error.value)

@@ -6,6 +6,7 @@ import time
 import warnings
 
 import pytest
+from scenes import block_on_floor, small_wall
 from unit.test_house import ROOT
 
 import masonry_opt as mo
@@ -13,6 +14,10 @@ from masonry_opt.deadline import TimeLimitReached, check_time, limited, seconds_
 from masonry_opt.effort import Effort
 from masonry_opt.errors import LongAnalysisWarning, OptionError
 from masonry_opt.methods.exact.search import Search
+from masonry_opt.methods.loop.run import Iteration
+from masonry_opt.methods.mpec import CasadiIpopt, RelaxationStep
+from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.reasons import Code
 
 WALL = ROOT / "cases" / "ferris_tinloi" / "wall_1.toml"
@@ -116,3 +121,46 @@ def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
         warnings.simplefilter("error")
         mo.solve(WALL, "static")
         mo.solve(WALL, time_limit=500.0, descent=False)
+
+
+@pytest.mark.parametrize(("method", "phase"), [("nonassociative", "sub-problem 3"), ("mpec", "relaxation")])
+def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
+    """The third step of the loop or of the relaxation ends as if the time were over."""
+    record = RelaxationStep if method == "mpec" else Iteration
+    steps = []
+
+    def stop(step):
+        steps.extend([step] * isinstance(step, record))
+        if len(steps) == 3:
+            raise TimeLimitReached(7.0)
+
+    result = mo.solve(WALL, method, incremental=False, progress=stop)
+    assert result.status is mo.Status.TIME_LIMIT
+    assert result.time_limit_reached
+    assert result.load_factor is None
+    assert f"the time limit of 7 s ended the analysis during this step: {phase}" in result.message
+    assert f"had λ = {steps[-1].load_factor:.6g}, which is not an answer" in result.message
+
+
+def test_ipopt_ends_at_the_time_limit():
+    """IPOPT refuses a limit of zero, so a solver that is compiled after the limit has a little time."""
+    model = PyomoRelaxed(PyomoMpec(assemble(block_on_floor()).problem))
+    with limited(1e-9):
+        ipopt = CasadiIpopt(model)
+        with pytest.raises(TimeLimitReached):
+            ipopt.solve(1e-3)
+
+
+def test_a_bracket_has_no_answer_if_no_state_is_known_by_then(monkeypatch):
+    """The first start of the search in method "global" takes longer than the time limit."""
+
+    def waits(*_):
+        time.sleep(1.0)
+        check_time()
+
+    monkeypatch.setattr(Search, "start", waits)
+    result = mo.solve(small_wall(2, 2), "global", incremental=False, time_limit=1.0)
+    assert result.status is mo.Status.TIME_LIMIT
+    assert result.time_limit_reached
+    assert result.load_factor is None
+    assert "the time limit of 1 s ended the analysis" in result.message

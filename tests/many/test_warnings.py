@@ -117,7 +117,7 @@ def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
     (told,) = sampled(falling, friction).warning_sentences
     assert told.startswith("the load factor falls as joints.friction grows (rank correlation -1.000)")
     by_statics = sampled(falling, friction)
-    by_statics.table.attrs["seeks_lowest"] = False
+    by_statics.table.attrs["method"] = "static"
     assert by_statics.warning_sentences == ()
     assert sampled(falling[::-1], friction).warning_sentences == ()
     assert sampled(falling, friction.rename(columns={"joints.friction": "thickness"})).warning_sentences == ()

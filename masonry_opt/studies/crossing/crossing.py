@@ -94,7 +94,7 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
         If the crossing was interrupted before any position was solved.
     """
     refuse_required_factor(required_factor)
-    session = prepare(method, **options)
+    session = prepare(method, function=crossing, **options)
     scene = as_scene(scene, load_case)
     crossed = cross(session, scene, axles, settled=settled, first_look=True, progress=progress, phases=phases)
     return replace(crossed, required_factor=required_factor)

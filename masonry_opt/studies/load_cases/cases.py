@@ -322,14 +322,17 @@ def solve_cases(
     # If axles move in all load cases, solving the first load case raises an error with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
-    results = solve_all(scenes, method, progress, phases, **options)
+    results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)
     return Cases(results, tuple(moving))
 
 
 def solve_all(
     scenes: Mapping[str, Scene], method: str, progress: Progress, phases: Phases, **options: Any
 ) -> dict[str, Result]:
-    """Solve scenes that have equal blocks in one session, and return the results by name."""
+    """Solve scenes that have equal blocks in one session, and return the results by name.
+
+    The options are those of :func:`~masonry_opt.analysis.prepare`.
+    """
     session = prepare(method, keeps=True, **options)
 
     def with_name(name: str) -> Phases:
@@ -393,4 +396,4 @@ def directions(
     for ratio, push in itertools.product(ratios, pushes):
         quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         scenes[str(quake)] = base.shaken(quake)
-    return Directions(solve_all(scenes, method, progress, phases, **options))
+    return Directions(solve_all(scenes, method, progress, phases, function=directions, **options))

@@ -311,16 +311,18 @@ class _Search:
     """Search for one threshold, with a record of all trials."""
 
     def __init__(
-        self, least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
+        self, is_least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
     ) -> None:
         if load is None and (options or method != DEFAULT):
+            # An error about a misspelt argument suggests the argument.
+            prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(f"{named}: needs 'load', such as load=1; dead load alone needs no method")
-        self.session = prepare(method, keeps=True, **({"incremental": False} | options))
+        self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             needed = "a function that returns a scene for a value, such as lambda t: mo.Scene(...)"
             raise OptionError(f"the scene must be {needed} (found {make!r})")
-        self.make, self.progress, self.least = make, progress, least
+        self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
         #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
         #: margin of zero.

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.errors import counted
+from masonry_opt.reporting.load_factors import search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
@@ -55,15 +56,15 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
             yield record | {"sentence": record["sentence"] + where, "runs": len(runs)}
 
 
-def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, Any]]:
+def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
     """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest load factor.
 
     Runs are compared that differ by one step of this number, with all other varied numbers equal. The record
-    is that of the largest fall.
+    is that of the largest fall. The advice depends on the method of the runs.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
-        record = _largest_fall(frame, name, others)
+        record = _largest_fall(frame, name, others, method)
         if record:
             yield record
 
@@ -87,7 +88,9 @@ def differing_values(run: Point, other: Point) -> str:
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
-def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict[str, Any] | None:
+def _largest_fall(
+    frame: pd.DataFrame, name: str, others: Sequence[str], method: str
+) -> dict[str, Any] | None:
     """Return a warning about the largest decrease of λ as a number increases; None without a decrease."""
     known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
@@ -107,7 +110,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: {reason} (option search=10 looks for it)"
+        f"{numeral(second[name], 'g')}{beside}: {reason}{search_advice(method, 'it')}"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,

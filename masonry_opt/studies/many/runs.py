@@ -141,9 +141,8 @@ def run_many(
     exact states (:mod:`.shared_states`).
 
     The frame has three attributes: ``attrs["warnings"]`` is a list of sentences, ``attrs["warning_records"]``
-    has their codes too, and ``attrs["seeks_lowest"]`` is True if the method looks for the lowest state. The
-    caller writes the output. If no run was solved, the folder stays as before, and NoRunSolvedError is
-    raised.
+    has their codes too, and ``attrs["method"]`` is the name of the method. The caller writes the output. If
+    no run was solved, the folder stays as before, and NoRunSolvedError is raised.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
@@ -158,10 +157,10 @@ def run_many(
     records = [*journal.warnings] if journal else []
     records += warnings_of_rows(rows, points)
     if study.how.chosen.seeks_lowest:
-        records += warnings_of_falls(frame, list(points[0]))
+        records += warnings_of_falls(frame, list(points[0]), study.how.method)
     frame.attrs["warning_records"] = records
     frame.attrs["warnings"] = [record["sentence"] for record in records]
-    frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
+    frame.attrs["method"] = study.how.method
     if frame["status"].isin(UNSOLVED).all():
         raise _nothing_solved(frame)
     return frame

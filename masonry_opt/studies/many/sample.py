@@ -12,8 +12,8 @@ from scipy import stats
 
 from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted, printable
-from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.reporting.load_factors import meaning
+from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.reporting.load_factors import meaning, search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of
@@ -105,6 +105,11 @@ class Sample(StudyAnswer):
         """
         known = self._counting["incremental"].notna().any()
         return self._of_runs("incremental") if known else np.full(len(self._counting), np.nan)
+
+    @property
+    def _method(self) -> str:
+        """Name of the method of all runs."""
+        return str(self.table.attrs.get("method", DEFAULT))
 
     @property
     def _counting(self) -> pd.DataFrame:
@@ -290,7 +295,7 @@ class Sample(StudyAnswer):
     def warning_records(self) -> list[dict[str, Any]]:
         """Warnings of the runs, about runs without an answer, and about strengths that lower λ."""
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
-        if self.table.attrs.get("seeks_lowest", True):
+        if METHODS[self._method].seeks_lowest:
             records += self._falls()
         return records
 
@@ -313,7 +318,7 @@ class Sample(StudyAnswer):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
                 reason = "larger values weaken the scene, or lower λ were missed at smaller values"
-                sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
+                sentence = f"{falls} ({by}): {reason}{search_advice(self._method, 'them')}"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
@@ -483,7 +488,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     n, seed = whole("n", n, 1), whole("seed", seed, 0)
     draws = Draws(scene, distributions, by)
     values = draws.table(n, seed)
-    study = Study(prepare(method, **options).how, draws.scene, scene)
+    study = Study(prepare(method, function=sample, **options).how, draws.scene, scene)
     points: list[Any] = values.to_dict("records")
     output = None if out is None else StudyOutput(Path(out), [*_TABLES, *chart_files(CHART_KINDS)], force)
     table = run_many(study, points, output=output, by=(workers, dask), progress=progress)

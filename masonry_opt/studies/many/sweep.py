@@ -111,7 +111,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
         parameters = Parameters(varied_scene)
         parameters.check_names(vary)
         make = parameters.at
-    study = Study(prepare(method, **options).how, make, varied_scene)
+    study = Study(prepare(method, function=sweep, **options).how, make, varied_scene)
     output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
     frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     if output is not None:

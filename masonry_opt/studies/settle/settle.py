@@ -73,7 +73,7 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
         not a vector of the scene's dimension; if the movement is not above zero, or so large that openings of
         small motions are inaccurate; or as :func:`~masonry_opt.solve`.
     """
-    session = prepare(method, **options)
+    session = prepare(method, function=settle, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
     _refuse_movement(scene, movement)

@@ -31,7 +31,7 @@ NOT_TAKEN = [
     ({"descnt": True}, ["'descnt'", "'descent'"]),
     ({"zzz": 1}, ["coulomb", "'zzz'", "descent"]),
     (LOOP | {"zzz": 1}, ["'zzz'", "preset", "sub_problems", "alpha"]),
-    ({"method": "statik"}, ["'statik'", "static", "kinematic"]),
+    ({"method": "statik"}, ["'statik'", "static"]),
     ({"beta": 0.5}, ["coulomb", "'beta'", "nonassociative"]),
     (STATIC | {"beta": 0.5}, ["'beta'", "nonassociative"]),
     ({"solver": "highs"}, ["newton", "static", "nonassociative"]),
