@@ -45,6 +45,10 @@ class LongAnalysisWarning(UserWarning):
     """The analysis will take many minutes; the message names a faster method."""
 
 
+class DrawingWarning(UserWarning):
+    """A drawing is read differently from how it was drawn, or its unit is doubtful; the message says how."""
+
+
 class CaseError(MasonryError, ValueError):
     """The case file or scene is wrong; the message names file, key or block, and the remedy."""
 

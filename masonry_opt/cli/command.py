@@ -8,6 +8,7 @@ import inspect
 import math
 import re
 import signal
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import partial
@@ -273,6 +274,20 @@ def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was f
             yield Work(show, line)
         except KeyboardInterrupt:
             raise InterruptedByUserError(f"interrupted: {if_interrupted}") from None
+
+
+@contextlib.contextmanager
+def warnings_printed(category: type[Warning]) -> Iterator[None]:
+    """Print Python warnings of a category on standard error at once, without their place in the code."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        """Print a warning."""
+        print_warnings([str(message)])
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", category)
+        warnings.showwarning = show
+        yield
 
 
 class Work:

@@ -10,12 +10,12 @@ from typing import Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers, reader, waiting
+from masonry_opt.cli.command import Given, command, numbers, reader, waiting, warnings_printed
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
-from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.errors import DrawingWarning, OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
@@ -24,6 +24,7 @@ from masonry_opt.reporting.terminal import print_text, print_warnings
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
 from masonry_opt.scene.contacts.joints import find_joints, shapes_of
+from masonry_opt.scene.drawings.dxf import DxfDrawing, read_with_layers
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.solution.sense import warnings_of
@@ -154,7 +155,12 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
     with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file written") as work:
-        scene = read(drawing, **given)
+        layers: list[str] = []
+        with warnings_printed(DrawingWarning):
+            if read is mo.read_dxf:
+                scene, layers = read_with_layers(drawing, DxfDrawing.of(given))
+            else:
+                scene = read(drawing, **given)
         # Find the joints here, because the search raises CaseError if the geometry of the blocks is wrong.
         work.show("convert: finding joints")
         joints = len(find_joints(scene, shapes_of(scene)).first)
@@ -162,6 +168,8 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     by_name = corners > _MOST_CORNERS
     save(_case_of_mesh(drawing, out, scene, given) if by_name else scene, out, force)
     _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
+    if layers:
+        print_text(printable("\n".join(layers)))
 
 
 def _case_file_message(path: Path) -> str:

@@ -1,6 +1,5 @@
 """Commands `masonry-opt solve` and `masonry-opt check`."""
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,15 @@ import typer
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.command import Given, command, interrupts, print_json, save, waiting
+from masonry_opt.cli.command import (
+    Given,
+    command,
+    interrupts,
+    print_json,
+    save,
+    waiting,
+    warnings_printed,
+)
 from masonry_opt.errors import InterruptedByUserError, LongAnalysisWarning, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.reporting.sentences import numeral
@@ -101,9 +108,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
     If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
     without an answer.
     """
-    with waiting(name, quiet) as work, interrupts() as check_interrupt, warnings.catch_warnings():
-        warnings.simplefilter("always", LongAnalysisWarning)
-        warnings.showwarning = _print_warning
+    with waiting(name, quiet) as work, interrupts() as check_interrupt, warnings_printed(LongAnalysisWarning):
 
         def show_step(step: Any) -> None:
             check_interrupt()
@@ -120,11 +125,6 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
                 last = f"the last was {work.steps[-1]}, not the answer"
             raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
     return answer
-
-
-def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Print a Python warning on standard error at once, without its place in the code."""
-    print_warnings([str(message)])
 
 
 def _drawn_result(answer: Any) -> mo.Result:

@@ -2,18 +2,22 @@
 
 import io
 import math
+import warnings
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import shapely
 from pydantic import ConfigDict, Field
 
-from masonry_opt.errors import CaseError, OptionError, OutputError
+from masonry_opt.errors import CaseError, DrawingWarning, OptionError, OutputError, counted, printable
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import outlines, stones
+from masonry_opt.scene.drawings.defects import Defects
+from masonry_opt.scene.drawings.nesting import add_frames, outlines_with_holes
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -23,6 +27,14 @@ from masonry_opt.scene.tables import as_path, write_file
 
 #: Words that mark a layer of windows or doors: a layer counts if its name contains one of these words.
 WINDOWS = ("window", "door", "opening")
+
+#: Smallest and largest size of a drawing, in metres, at which its unit is not doubted. Models in laboratories
+#: are larger than the smallest size, and aqueducts smaller than the largest.
+_SMALLEST_DRAWING = 0.1
+_LARGEST_DRAWING = 1000.0
+
+#: Largest number of copies of outlines that one warning lists.
+_MOST_COPIES = 10
 
 
 class DxfDrawing(stones.FlatDrawing):
@@ -43,6 +55,7 @@ class DxfDrawing(stones.FlatDrawing):
     window_layers: list[Name] = list(WINDOWS)
     outline_tolerance: Positive | None = None
     sagitta: Positive | None = None
+    to_metres: YesNo = False
 
 
 def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
@@ -71,15 +84,16 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     pieces of ellipses and splines of one layer. They are read from the model space, on visible layers. Each
     outline is a block. An outline inside another one is a hole of it, and one inside a hole is a block again.
     A text inside a block is its name, if it is the only text there and names no other block. Other blocks are
-    named by layer and handle. Blocks are in the order of the drawing.
+    named by layer and handle. Blocks are in the order of the drawing. Further copies of an outline are left
+    out. A DrawingWarning names them; another one doubts a unit ($INSUNITS) that does not fit the size.
 
     In a net the blocks are the closed cells between all lines, which may cross and branch, and the supports,
     which are closed outlines. Cells are named by layer and number, from below and from the left.
 
     Raises CaseError if the file cannot be read, an outline is not a block, or the blocks make no scene. The
-    message names the file, and the entity by its handle and layer. Raises OptionError if ezdxf, of the extra
-    "drawings", is not installed, if the thickness is not a positive number, or if ``window_layers`` are given
-    without ``net``.
+    message names the file, and all wrong entities by handle, layer and place. Raises OptionError if ezdxf, of
+    the extra "drawings", is not installed, if the thickness is not a positive number, or if ``window_layers``
+    are given without ``net``.
 
     Parameters
     ----------
@@ -111,30 +125,34 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     thickness: In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is
         x, its y is z, and the blocks go from y = 0 to the thickness.
     """
+    return read_with_layers(path, DxfDrawing.of(locals())).scene
+
+
+class DxfScene(NamedTuple):
+    """The scene of a DXF drawing, and the use of the drawing's layers."""
+
+    scene: Scene
+    layers: list[str]  #: lines that list the layers that were read, and those that were not, with the reasons
+
+
+def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
+    """Read a drawing as :func:`read_dxf` does, and return the scene with the use of the drawing's layers.
+
+    Raises the errors, and issues the warnings, of :func:`read_dxf`.
+    """
     path = as_path(path, "such a drawing", ".dxf")
-    drawing = DxfDrawing.of(locals())
     if not drawing.net and drawing.window_layers != list(WINDOWS):
         instead = "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
         raise OptionError(f"'window_layers' (--window-layer) applies only to a net of joint lines: {instead}")
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
-        scale = outlines.metres(document) if to_metres else 1.0
+        scale = _scale(document) if drawing.to_metres else 1.0
         shown = outlines.visible(document)
+        defects = Defects()
         read = _on_layers(shown, drawing)
-        curves, diagonal = outlines.curves(read, scale, drawing.sagitta)
-        rounding = RELATIVE_TOLERANCE * diagonal
-        apart = drawing.tolerance or rounding
-        short = drawing.outline_tolerance or apart
-        whole = [curve for curve in curves if not drawing.net or _has(curve, drawing.fixed_layers)]
-        closed = outlines.closed_outlines(whole, short, min(rounding, short))
-        found = outlines.outlines_with_holes(closed, short, overlap=max(short, apart))
-        lines = [curve for curve in curves if drawing.net and not _has(curve, drawing.fixed_layers)]
-        windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
-        joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
-        if joints:
-            near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
-            supports = [outline.polygon for outline in found]
-            found = [*outlines.net_cells(joints, windows, supports, near), *found]
+        curves, extent = outlines.curves(read, scale, drawing.sagitta, defects)
+        found, copies = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
+        defects.refuse()
         if not found:
             raise ValueError(f"contains no closed outline in its model space{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
@@ -149,7 +167,120 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
             block if block.fixed else block.replace(live_per_weight=push)
             for block, push in zip(blocks, pushes, strict=True)
         ]
-        return stones.scene_of(loaded, drawing, path)
+        scene = stones.scene_of(loaded, drawing, path)
+    for warning in (_copies_warning(copies), _unit_warning(document, extent / scale, drawing.to_metres)):
+        if warning:
+            warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
+    return DxfScene(scene, _use_of_layers(document, drawing))
+
+
+def _scale(document: Any) -> float:
+    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
+    scale = outlines.metres(document)
+    if scale is None:
+        raise ValueError(
+            "has no unit ($INSUNITS): set the unit in the drawing, or read it without scaling to metres"
+        )
+    return scale
+
+
+def _outlines(
+    curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
+) -> tuple[list[Outline], list[tuple[Curve, Curve]]]:
+    """Return the outlines of the blocks, and the copies that are left out, each with its original.
+
+    Defects of the drawing are added to ``defects``.
+    """
+    rounding = RELATIVE_TOLERANCE * diagonal
+    apart = drawing.tolerance or rounding
+    short = drawing.outline_tolerance or apart
+    whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
+    closed, copies = outlines.closed_outlines(whole, short, min(rounding, short), defects)
+    is_support = [_is_support(curve, drawing) for curve in closed]
+    nesting = outlines_with_holes(closed, is_support, short, max(short, apart), defects)
+    found = nesting.blocks
+    lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
+    windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
+    joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
+    if joints:
+        defects.refuse()  # a support that is missing would cause defects of the net
+        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
+        supports = [outline.polygon for outline in found]
+        found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
+    add_frames(found, lambda curve: _is_support(curve, drawing), _are_fixed(found, drawing), defects)
+    return found, [*copies, *nesting.copies]
+
+
+def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
+    """Return True if a curve is on a layer of supports."""
+    return _has(curve, drawing.fixed_layers)
+
+
+def _are_fixed(found: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
+    """Return for each outline whether it is a support, by its layer or by its lowest point."""
+    below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
+    return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= below for shape in found]
+
+
+def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
+    """Return the warning that copies of outlines were left out; an empty text if there are no copies."""
+    if not copies:
+        return ""
+    pairs = [f"{copy.where} repeats {original.where}" for copy, original in copies[:_MOST_COPIES]]
+    if len(copies) > _MOST_COPIES:
+        pairs.append(f"and {len(copies) - _MOST_COPIES} more")
+    many = counted(len(copies), "outline")
+    is_or_are = "is drawn twice and was" if len(copies) == 1 else "are drawn twice and were"
+    return f"{many} {is_or_are} read once: {'; '.join(pairs)}"
+
+
+def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
+    """Return the warning that the drawing's unit does not fit its size, or an empty text.
+
+    ``extent`` is the width and height of the drawing in its own unit.
+    """
+    unit = outlines.metres(document)
+    size = float(extent.max())
+    if unit is None or _SMALLEST_DRAWING <= size * unit <= _LARGEST_DRAWING:
+        return ""
+    from ezdxf.units import unit_name
+
+    name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
+    means = f"the drawing is {size:.6g} {name} wide or high ($INSUNITS), which is {size * unit:.3g} m"
+    effect = "lengths stay as drawn, and the unit weight refers to them"
+    if to_metres:
+        effect = f"lengths were multiplied by {unit:g}"
+    return f"{means}: correct the unit in the drawing if this is wrong; {effect}"
+
+
+def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
+    """Return lines that list the layers that were read, and the layers that were not, with the reasons."""
+    hidden = outlines.hidden_layers(document)
+    selected = None if drawing.layers is None else {layer.casefold() for layer in drawing.layers}
+    omitted = {layer.casefold() for layer in drawing.without_layers}
+    count: Counter[str] = Counter()
+    names: dict[str, str] = {}
+    for entity in document.modelspace():
+        name = outlines.layer_of(entity)
+        names.setdefault(name.casefold(), name)
+        count[name.casefold()] += not outlines.is_ignored(entity)
+    read, left_out = [], []
+    for key, name in names.items():
+        if key in hidden:
+            left_out.append(f"{name} ({hidden[key]})")
+        elif key in omitted:
+            left_out.append(f"{name} (--without-layer)")
+        elif selected is not None and key not in selected:
+            left_out.append(f"{name} (not named with --layer)")
+        elif not count[key]:
+            left_out.append(f"{name} (no outlines)")
+        else:
+            supports = ", supports" if _has_word(name, drawing.fixed_layers) else ""
+            read.append(f"{name} ({counted(count[key], 'curve')}{supports})")
+    lines = [f"layers read: {', '.join(read)}"]
+    if left_out:
+        lines.append(f"layers not read: {', '.join(left_out)}")
+    return lines
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
@@ -168,7 +299,12 @@ def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
 
 def _has(curve: Curve, words: Iterable[str]) -> bool:
     """Return True if the name of the curve's layer contains one of the given words."""
-    return any(word.casefold() in curve.layer.casefold() for word in words)
+    return _has_word(curve.layer, words)
+
+
+def _has_word(name: str, words: Iterable[str]) -> bool:
+    """Return True if a name contains one of the given words, in capitals or not."""
+    return any(word.casefold() in name.casefold() for word in words)
 
 
 def _known(entities: list[Any]) -> str:
@@ -194,8 +330,7 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
 def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
     """Return the blocks without their live loads. Raises ValueError if there are no supports."""
     words = [word.casefold() for word in drawing.fixed_layers]
-    below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
-    fixed = [_has(shape.curve, words) or shape.polygon.bounds[1] <= below for shape in found]
+    fixed = _are_fixed(found, drawing)
     drawn = zip(names, found, fixed, strict=True)
     blocks = [drawing.block(name, shape.polygon, is_fixed) for name, shape, is_fixed in drawn]
     loaded = {
@@ -207,11 +342,6 @@ def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing)
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
-        if len(found) == 1 and found[0].polygon.interiors:
-            raise ValueError(
-                f"{found[0].curve.where} surrounds all other outlines, which become holes: omit the layer "
-                "of the frame with 'without_layers' (--without-layer)"
-            )
         instead = "move the supports to such a layer, name their layer with 'fixed_layers' (--fixed-layer), "
         instead += "or fix all blocks that reach down to a height with 'fixed_below' (--fixed-below)"
         raise ValueError(f"no block is a support: no block is on a layer {named}; {instead}")

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
@@ -26,13 +27,6 @@ _MOST_POINTS = 4000
 #: Default distance of a curve from its chords, relative to the drawing's diagonal. A smaller value makes more
 #: chords.
 SAGITTA = 1e-4
-
-#: Largest difference in area, relative to the area, at which an outline inside another outline is equal to
-#: the other outline.
-_EQUAL_AREA_TOLERANCE = 1e-9
-
-#: Largest number of outlines drawn twice that one error lists.
-_MOST_COPIES = 20
 
 #: Grid step to which intersections of joint lines are rounded, relative to the smallest length that is not
 #: due to rounding.
@@ -70,10 +64,11 @@ class Curve(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """A polygon with its holes, and the curve of its outer ring."""
+    """A polygon with its holes, and the curves of its outer ring and of its holes."""
 
     polygon: shapely.Polygon
     curve: Curve
+    holes: tuple[Curve, ...] = ()  #: empty for cells of a net
 
 
 def ezdxf() -> Any:
@@ -97,14 +92,18 @@ def read_document(path: Path) -> Any:
     return document
 
 
-def metres(document: Any) -> float:
-    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
-    code = document.header.get("$INSUNITS", 0)
-    if code not in _METRES:
-        raise ValueError(
-            "has no unit ($INSUNITS): set the unit in the drawing, or read it without scaling to metres"
-        )
-    return _METRES[code]
+def metres(document: Any) -> float | None:
+    """Return the length of the drawing's unit in metres; None if the drawing has no unit."""
+    return _METRES.get(document.header.get("$INSUNITS", 0))
+
+
+def hidden_layers(document: Any) -> dict[str, str]:
+    """Return the layers that are not shown, by name in lower case, with the reason: "frozen" or "off"."""
+    return {
+        layer.dxf.name.casefold(): "frozen" if layer.is_frozen() else "off"
+        for layer in document.layers
+        if layer.is_off() or layer.is_frozen()
+    }
 
 
 def visible(document: Any) -> list[Any]:
@@ -112,9 +111,14 @@ def visible(document: Any) -> list[Any]:
 
     Entities that are hidden, or on a layer that is off or frozen, are not visible.
     """
-    hidden = {layer.dxf.name.casefold() for layer in document.layers if layer.is_off() or layer.is_frozen()}
+    hidden = hidden_layers(document)
     shown = (entity for entity in document.modelspace() if not _attribute(entity, "invisible", 0))
     return [entity for entity in shown if layer_of(entity).casefold() not in hidden]
+
+
+def is_ignored(entity: Any) -> bool:
+    """Return True if an entity, such as a text or a dimension, cannot be a block and is not read."""
+    return entity.dxftype() in _IGNORED
 
 
 def layer_of(entity: Any) -> str:
@@ -127,49 +131,83 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
-def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
-    """Return the outlines among entities as polylines, and the length of the drawing's diagonal.
+def curves(
+    entities: list[Any], scale: float, sagitta: float | None, defects: Defects
+) -> tuple[list[Curve], np.ndarray]:
+    """Return the outlines among entities as polylines, and the width and height of the drawing.
 
-    All lengths are multiplied by ``scale``. Raises ValueError, which names the entity, if an entity cannot be
-    read as an outline.
+    All lengths are multiplied by ``scale``. Entities that cannot be read as outlines are added to the defects
+    and left out.
     """
     from ezdxf.edgesmith import is_closed_entity
 
-    drawn = [entity for entity in entities if entity.dxftype() not in _IGNORED]
+    drawn, ends = [], [np.zeros((0, 2))]
+    for entity in entities:
+        if is_ignored(entity):
+            continue
+        corners = _chain(entity, math.inf, defects)
+        if corners is not None:
+            drawn.append(entity)
+            ends.append(corners)
     if not drawn:
-        return [], 0.0
-    corners = np.concatenate([_chain(entity, math.inf) for entity in drawn])
-    diagonal = scale * float(np.hypot(*np.ptp(corners, axis=0)))
+        return [], np.zeros(2)
+    extent = scale * np.ptp(np.concatenate(ends), axis=0)
+    diagonal = float(np.hypot(*extent))
     # The small increase makes the number of chords equal for the two blocks at a curved joint, in spite of
     # rounding.
     reach = (1 + 1e-9) * (sagitta or SAGITTA * diagonal) / scale
     outlines = []
     for entity in drawn:
-        points = scale * _chain(entity, reach)
+        points = _chain(entity, reach, defects)
+        if points is None:
+            continue
         is_closed = bool(is_closed_entity(entity))
-        outlines.append(Curve(points, is_closed, layer_of(entity), str(entity.dxf.handle), _named(entity)))
-    return outlines, diagonal
+        handle = str(entity.dxf.handle)
+        outlines.append(Curve(scale * points, is_closed, layer_of(entity), handle, _named(entity)))
+    return outlines, extent
 
 
-def _chain(entity: Any, sagitta: float) -> np.ndarray:
+def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     """Return points along a curve of the drawing, shape (points, 2).
 
-    The distance between the curve and the chords through these points is at most the sagitta.
+    The distance between the curve and the chords through these points is at most the sagitta. If the entity
+    cannot be read, a defect is added and None returned.
+    """
+    try:
+        return _points_of(entity, sagitta)
+    except _UnreadableError as error:
+        insert = _attribute(entity, "insert", None)
+        place = "" if insert is None else near(insert.x, insert.y)
+        several = f"entities are {error.what}"
+        defects.add(Defect(_named(entity), f"is {error.what}", several, error.remedy, place))
+        return None
+
+
+class _UnreadableError(Exception):
+    """An entity of a drawing cannot be read."""
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
+def _points_of(entity: Any, sagitta: float) -> np.ndarray:
+    """Return points along an entity as :func:`_chain` does.
+
+    Raises _UnreadableError if the entity cannot be read.
     """
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
         what = _HIDING.get(kind, "of a kind that cannot be read")
-        raise ValueError(
-            f"{_named(entity)} is {what}: explode it, draw its outline, or select other layers with 'layers'"
+        raise _UnreadableError(
+            what, "explode it, draw its outline, or omit its layer with 'without_layers' (--without-layer)"
         )
-    with broken(lambda reason: ValueError(f"{_named(entity)} cannot be read: {reason}; draw it again")):
+    with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw it again")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():
-        raise ValueError(
-            f"{_named(entity)} has no points, or a coordinate that is not a finite number: delete it"
-        )
+        raise _UnreadableError("without points, or has a coordinate that is not a finite number", "delete it")
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise ValueError(f"{_named(entity)} is not parallel to the drawing's xy plane: rotate or flatten it")
+        raise _UnreadableError("not parallel to the drawing's xy plane", "rotate or flatten it")
     return points[:, :2]
 
 
@@ -239,30 +277,46 @@ def _named(entity: Any) -> str:
     return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"
 
 
-def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) -> list[Curve]:
+def closed_outlines(
+    curves: Sequence[Curve], tolerance: float, rounding: float, defects: Defects
+) -> tuple[list[Curve], list[tuple[Curve, Curve]]]:
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
     Curves and loops are in the order of the drawing. Two ends of curves meet if their distance is within the
     rounding. Otherwise they meet if the distance is within the tolerance and no third free end is as near.
-    Raises ValueError, which names the curve, if an open curve does not belong to a simple loop.
+    Open curves that belong to no simple loop are added to the defects.
+
+    The second list contains open curves that repeat another one of their layer and are left out, each with
+    the curve that it repeats.
     """
     outlines = []
-    open_ones = defaultdict(list)
+    open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
+    originals: dict[tuple[str, bytes], Curve] = {}
+    copies = []
     for number, curve in enumerate(curves):
         extent = np.ptp(curve.points, axis=0).max()
         if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
             outlines.append((number, curve))
-        else:
-            open_ones[curve.layer].append((number, curve))
+            continue
+        # A copy may run in the opposite direction.
+        on_grid = np.round(curve.points / rounding) + 0.0
+        key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
+        if key in originals:
+            copies.append((curve, originals[key]))
+            continue
+        originals[key] = curve
+        open_ones[curve.layer].append((number, curve))
     for curves_of_layer in open_ones.values():
-        outlines += _loops(curves_of_layer, (rounding, tolerance))
-    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])]
+        outlines += _loops(curves_of_layer, (rounding, tolerance), defects)
+    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies
 
 
-def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list[tuple[int, Curve]]:
+def _loops(
+    curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
+) -> list[tuple[int, Curve]]:
     """Return the closed loops of open curves, each with the number of its first curve.
 
-    See :func:`closed_outlines` for the tolerances and the error.
+    See :func:`closed_outlines` for the tolerances and the defects.
     """
     ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
     partner: dict[int, int] = {}
@@ -273,26 +327,28 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
         by_node = np.argsort(node, kind="stable")
         for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
             partner[a], partner[b] = b, a
-        free, meeting = free[meeting != 2], meeting[meeting != 2]
+        is_free = meeting != 2
+        free, node, meeting = free[is_free], node[is_free], meeting[is_free]
         if not len(free):
             break
-    else:
-        # The loop ended without ``break``: some ends of curves have no partner.
-        curve = curves[free[0] // 2][1]
-        x, y = ends[free[0]] + 0.0
-        gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]
-        others = meeting[0] - 1
-        mistake = f"is open: the nearest free end on its layer is {gap:.3g} from its end"
-        change = "raise 'outline_tolerance'"
-        if others:
-            mistake = f"meets {others} other ends of curves"
-            change = "lower 'outline_tolerance' to separate them"
-        instead = "select the layers of blocks with 'layers', or set 'net' (--net) if all lines are joints"
-        remedy = f"draw blocks as closed polylines, {change}, {instead}"
-        raise ValueError(f"{curve.where} {mistake} at ({x:g}, {y:g}): {remedy}")
+    where = [curve.where for _, curve in curves]
+    is_alone = meeting == 1
+    _add_open(ends, free[is_alone], partner, where, defects)
+    branches = np.unique(node[~is_alone], return_index=True)[1]
+    for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
+        mistake = f"meets {others} other ends of curves"
+        several = "ends of curves meet more than one other end"
+        remedy = _remedy("lower 'outline_tolerance' to separate them")
+        defects.add(Defect(where[branch // 2], mistake, several, remedy, near(*ends[branch])))
+    following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
+    for start in free.tolist():
+        # Follow an open chain from its free end, and leave its curves out.
+        end: int | None = start
+        while end is not None:
+            end = following.pop(end, None)
     # A ring lists the ends at which the curves of a loop are entered, curve after curve.
     loops = []
-    for ring in rings_of({end: partner[end ^ 1] for end in range(len(ends))}):
+    for ring in rings_of(following):
         if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
             parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
             number, curve = curves[ring[0] // 2]
@@ -300,52 +356,37 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     return loops
 
 
-def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
-    """Find holes: return the outlines that are blocks, each with the outlines that are its holes.
-
-    An outline inside another one, except for an overlap, is a hole of it. An outline inside a hole is a block
-    again. Of two equal outlines the first one is the outer one. Raises ValueError, which names the outline,
-    if one has no area, crosses itself or is drawn twice.
-    """
-    polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
-    area = shapely.area(polygons)
-    inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
-    is_equal = np.abs(area[inner] - area[outer]) <= _EQUAL_AREA_TOLERANCE * area[outer]
-    inside = np.where(is_equal, inner > outer, area[inner] < area[outer])
-    rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
-    inside &= rest <= overlap * shapely.length(polygons[inner])
-    inner, outer = inner[inside], outer[inside]
-    depth = np.bincount(inner, minlength=len(polygons))
-    holes: defaultdict[int, list[shapely.LinearRing]] = defaultdict(list)
-    copies = []
-    for index in np.flatnonzero(depth % 2).tolist():
-        parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
-        if area[index] >= (1 - _EQUAL_AREA_TOLERANCE) * area[parent]:
-            copies.append(f"{outlines[index].where} has the same outline as {outlines[parent].where}")
-        holes[parent].append(polygons[index].exterior)
-    if copies:
-        more = f"; and {len(copies) - _MOST_COPIES} more copies" if len(copies) > _MOST_COPIES else ""
-        raise ValueError(f"{'; '.join(copies[:_MOST_COPIES])}{more}: delete one of each pair")
-    blocks = np.flatnonzero(depth % 2 == 0).tolist()
-    return [
-        Outline(shapely.Polygon(polygons[block].exterior, holes[block]), outlines[block]) for block in blocks
-    ]
+def _add_open(
+    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], where: Sequence[str], defects: Defects
+) -> None:
+    """Add a defect for each open chain of curves; ``free`` lists the ends that meet no other end."""
+    seen = set()
+    for start in free.tolist():
+        if start in seen:
+            continue
+        end = start
+        while end ^ 1 in partner:
+            end = partner[end ^ 1]
+        seen.add(end ^ 1)
+        distance = np.hypot(*(ends[free] - ends[start]).T)
+        gap = f", {np.sort(distance)[1]:.3g} from the nearest free end" if len(free) > 1 else ""
+        remedy = _remedy("raise 'outline_tolerance'")
+        place = f"{near(*ends[start])}{gap}"
+        defects.add(Defect(where[start // 2], "is open", "outlines are open", remedy, place))
 
 
-def _polygon(curve: Curve, tolerance: float) -> shapely.Polygon:
-    """Return the polygon of a closed curve. Raises ValueError if it has no area or crosses itself."""
-    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
-    points = curve.points[step > tolerance]
-    polygon = shapely.Polygon(points if len(points) > 2 else None)
-    if polygon.area <= tolerance**2:
-        raise ValueError(f"{curve.where} has no area: delete it")
-    if not polygon.is_valid:
-        raise ValueError(f"{curve.where} crosses itself: draw its corners in order around the block")
-    return shapely.orient_polygons(polygon)
+def _remedy(change: str) -> str:
+    """Return the remedy for lines that form no simple loops."""
+    instead = "select the layers of blocks with 'layers', or set 'net' (--net) if all lines are joints"
+    return f"draw blocks as closed polylines, {change}, {instead}"
 
 
 def net_cells(
-    joints: Sequence[Curve], windows: Sequence[Curve], drawn: Sequence[shapely.Polygon], tolerance: float
+    joints: Sequence[Curve],
+    windows: Sequence[Curve],
+    drawn: Sequence[shapely.Polygon],
+    tolerance: float,
+    defects: Defects,
 ) -> list[Outline]:
     """Return the cells of a net of joint lines, sorted from the bottom upwards and from left to right.
 
@@ -354,8 +395,8 @@ def net_cells(
     tolerance are extended to it. Cells narrower than the tolerance are left out. The layer of a cell is that
     of the first joint along it.
 
-    Raises ValueError, which names the curve, if a joint ends within a cell, or if the line of a window
-    encloses no opening with other lines of windows.
+    Joints that end within a cell, and lines of windows that enclose no opening with other lines of windows,
+    are added to the defects.
     """
     chains = [[*curve.points, *curve.points[: int(curve.closed)]] for curve in (*joints, *windows)]
     lines = np.array([shapely.LineString(chain) for chain in chains], dtype=object)
@@ -364,7 +405,7 @@ def net_cells(
     size = float(np.hypot(*np.ptp(given, axis=0)))
     grid = _GRID_SHARE * min(tolerance, RELATIVE_TOLERANCE * size)
     cells, *loose, _ = map(shapely.get_parts, shapely.polygonize_full(_noded(every, tolerance, grid)))
-    _refuse_loose(joints, every, np.concatenate(loose), tolerance)
+    _add_loose(joints, every, np.concatenate(loose), tolerance, defects)
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT_STEPS * grid)
     # Restore the original coordinates of corners that were rounded to the grid.
     corners = shapely.get_coordinates(found)
@@ -378,10 +419,12 @@ def net_cells(
     closed = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
-            whole = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
-            raise ValueError(
-                f"{window.where} does not enclose an opening, alone or with other lines of windows: {whole}"
+            mistake, several = (
+                f"{verb} an opening, alone or with other lines of windows"
+                for verb in ("does not enclose", "lines do not enclose")
             )
+            remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
+            defects.add(Defect(window.where, mistake, several, remedy))
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
     found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
     left, low, _, _ = shapely.bounds(found).T
@@ -390,22 +433,31 @@ def net_cells(
     outlines = []
     for number, cell in enumerate(found, start=1):
         along = tree.query(cell.exterior, "dwithin", tolerance)
-        layer = joints[along.min()].layer if len(along) else joints[0].layer
+        joint = joints[along.min()] if len(along) else joints[0]
         corners = shapely.get_coordinates(cell.exterior)[:-1]
-        outlines.append(Outline(cell, Curve(corners, True, layer, str(number))))
+        outlines.append(Outline(cell, Curve(corners, True, joint.layer, str(number), joint.where)))
     return outlines
 
 
-def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float) -> None:
-    """Raise ValueError if a joint line ends inside a cell and therefore does not divide the cell."""
-    for piece in loose[shapely.length(loose) > tolerance]:
+def _add_loose(
+    joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float, defects: Defects
+) -> None:
+    """Add a defect for each joint line that ends inside a cell.
+
+    The place of the defect is the middle of the longest piece inside a cell.
+    """
+    tree = shapely.STRtree(lines)
+    named = set()
+    for piece in loose[np.argsort(-shapely.length(loose), kind="stable")]:
         middle = piece.interpolate(0.5, normalized=True)
-        owner = int(shapely.STRtree(lines).nearest(middle))
-        if owner < len(joints):
-            at = f"near ({middle.x:g}, {middle.y:g}), over a length of {piece.length:.3g}"
-            remedy = "raise 'outline_tolerance', or omit its layer with 'without_layers'"
-            why = f"ends inside a block {at}: extend it to another line, {remedy}"
-            raise ValueError(f"{joints[owner].where} {why}")
+        owner = int(tree.nearest(middle))
+        if owner >= len(joints) or owner in named or piece.length <= tolerance:
+            continue
+        named.add(owner)
+        place = f"{near(middle.x, middle.y)}, over a length of {piece.length:.3g}"
+        remedy = "extend to another line, raise 'outline_tolerance', or omit the layer with 'without_layers'"
+        several = "lines end inside a block"
+        defects.add(Defect(joints[owner].where, "ends inside a block", several, remedy, place))
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:

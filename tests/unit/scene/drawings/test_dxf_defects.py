@@ -1,43 +1,173 @@
-"""Drawings as exported: stones drawn twice, a frame around all stones, and supports by their height."""
+"""Drawings as exported: copies, frames, several defects, layers, doubtful units, supports by height."""
+
+import warnings
 
 import ezdxf
 import pytest
+from scenes import run_command
 
 import masonry_opt as mo
+from masonry_opt.errors import DrawingWarning
+
+FLOOR = "fixed", [(-1, -1), (3, -1), (3, 0), (-1, 0)]
+GIVEN = {"friction": 0.7, "unit_weight": 20.0, "live": (1, 0)}
 
 
-def drawn(path, *rings, layer="stones"):
+def drawn(path, *rings, layer="stones", unit=0, closed=True):
     document = ezdxf.new()
+    document.units = unit
     for name, ring in rings:
-        document.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": name or layer})
+        document.modelspace().add_lwpolyline(ring, close=closed, dxfattribs={"layer": name or layer})
     document.saveas(path)
     return path
 
 
-def brick(x, y):
-    return "", [(x, y), (x + 2, y), (x + 2, y + 1), (x, y + 1)]
+def brick(x, y, layer=""):
+    return layer, [(x, y), (x + 2, y), (x + 2, y + 1), (x, y + 1)]
 
 
-GIVEN = {"friction": 0.7, "unit_weight": 20.0, "live": (1, 0)}
+def turned(brick, start, step):
+    """Return a brick whose outline begins at another corner, or runs in the other direction."""
+    layer, ring = brick
+    return layer, [ring[(start + step * number) % 4] for number in range(4)]
 
 
-def test_all_stones_drawn_twice_are_named_at_once_with_both_copies(tmp_path):
-    path = drawn(tmp_path / "a.dxf", *[brick(0, y) for y in (0, 1, 2, 0, 1, 2)])
+@pytest.mark.parametrize(("start", "step"), [(0, 1), (2, 1), (1, -1)])
+def test_copies_are_left_out_and_named(tmp_path, start, step):
+    """Copies may begin at another corner or run in the other direction; three copies of one stone are one."""
+    stones = [brick(0, y) for y in (0, 1)]
+    copies = [turned(stone, start, step) for stone in (*stones, stones[1])]
+    path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
+    with pytest.warns(DrawingWarning, match="3 outlines are drawn twice and were read once") as told:
+        scene = mo.read_dxf(path, **GIVEN)
+    (warning,) = told
+    assert str(warning.message).count("on layer 'stones' repeats LWPOLYLINE") == 3
+    assert len(scene.blocks) == 3
+    # The stones are 2 wide and 2 high together: they slide at λ = μ = 0.7 before they overturn at λ = 1.
+    assert mo.solve(scene, "static").required() == pytest.approx(0.7, rel=1e-6)
+
+
+def test_a_stone_that_is_also_drawn_as_support_is_a_support(tmp_path):
+    path = drawn(tmp_path / "a.dxf", brick(0, 0), brick(0, 1), brick(0, 0, "support"))
+    with pytest.warns(DrawingWarning, match="on layer 'stones' repeats LWPOLYLINE .* on layer 'support'"):
+        scene = mo.read_dxf(path, **GIVEN)
+    assert sorted(block.fixed for block in scene.blocks) == [False, True]
+
+
+def test_a_hole_may_be_drawn_with_its_filling_and_further_copies(tmp_path):
+    """A hole drawn three times is a hole with one filling. The area of the stone around it is 12 - 2."""
+    around = "", [(0, 0), (4, 0), (4, 3), (0, 3)]
+    path = drawn(tmp_path / "a.dxf", FLOOR, around, *[brick(1, 1)] * 3)
+    with pytest.warns(DrawingWarning, match="1 outline is drawn twice"):
+        scene = mo.read_dxf(path, **GIVEN)
+    assert [len(block.holes) for block in scene.blocks] == [0, 1, 0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(mo.read_dxf(drawn(path, FLOOR, around, *[brick(1, 1)] * 2), **GIVEN).blocks) == 3
+
+
+def test_lines_drawn_twice_are_read_once(tmp_path):
+    """Four sides of a stone as separate lines, each drawn twice, the second time in the other direction."""
+    (_, ring) = brick(0, 0)
+    sides = [("", [ring[number - 1], ring[number]]) for number in range(4)]
+    path = drawn(tmp_path / "a.dxf", *sides, *((name, side[::-1]) for name, side in sides), closed=False)
+    document = ezdxf.readfile(path)
+    document.modelspace().add_lwpolyline(FLOOR[1], close=True, dxfattribs={"layer": "fixed"})
+    document.saveas(path)
+    with pytest.warns(DrawingWarning, match="4 outlines are drawn twice"):
+        assert len(mo.read_dxf(path, **GIVEN).blocks) == 2
+
+
+def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), ("", [(0, 5), (4, 5), (0, 6), (4, 6)]))
+    document = ezdxf.readfile(path)
+    space = document.modelspace()
+    space.add_lwpolyline(brick(8, 0)[1])
+    space.add_lwpolyline(brick(8, 3)[1])
+    space.add_lwpolyline([(5, 5), (6, 5), (5.5, 5)], close=True)
+    space.add_blockref("stone", (7, 7))
+    document.saveas(path)
     with pytest.raises(mo.CaseError) as refusal:
         mo.read_dxf(path, **GIVEN)
-    message = str(refusal.value)
-    assert message.count("has the same outline as") == 3
-    assert message.count("LWPOLYLINE") == 6
-    assert message.endswith("delete one of each pair")
+    reference, opened, crossing, empty = str(refusal.value).splitlines()
+    assert "is a reference to a block definition near (7, 7)" in reference
+    assert "2 outlines are open (LWPOLYLINE" in opened
+    assert "near (8, 0), 1 from the nearest free end; LWPOLYLINE" in opened
+    # The diagonals of the outline of 4 × 1 cross in its middle.
+    assert "on layer 'stones' crosses itself near (2, 5.5)" in crossing
+    assert "has no area near (5, 5): delete it" in empty
 
 
-def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path):
+@pytest.mark.parametrize("outside", [[], [("title", [(12, -9), (20, -9), (20, -5), (12, -5)])]])
+@pytest.mark.parametrize("supports", ["fixed", "plinth"])
+def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports):
+    """The title block may be beside the frame. The supports may be named by layer, or by their height."""
     frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
-    path = drawn(tmp_path / "a.dxf", frame, brick(0, 0), brick(0, 1))
-    with pytest.raises(mo.CaseError, match=r"on layer 'frame' surrounds all .*\(--without-layer\)"):
+    path = drawn(tmp_path / "a.dxf", *outside, frame, brick(0, 0, supports), brick(0, 1), brick(0, 2))
+    for height in (None, 0.5):
+        with pytest.raises(
+            mo.CaseError, match=r"on layer 'frame' is a frame around 3 .*--without-layer frame"
+        ):
+            mo.read_dxf(path, **GIVEN, fixed_below=height)
+    omitted = ["frame", *(layer for layer, _ in outside)]
+    scene = mo.read_dxf(path, **GIVEN, without_layers=omitted, fixed_below=0.5)
+    assert [block.fixed for block in scene.blocks] == [True, False, False]
+
+
+def test_a_frame_on_the_layer_of_the_stones_must_be_deleted(tmp_path):
+    frame = "", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
+    path = drawn(tmp_path / "a.dxf", frame, FLOOR, brick(0, 0))
+    with pytest.raises(mo.CaseError, match=r"is a frame .*delete the frame.*'stones' has other outlines"):
         mo.read_dxf(path, **GIVEN)
-    scene = mo.read_dxf(path, **GIVEN, without_layers=["frame"], fixed_below=0.5)
-    assert [block.fixed for block in scene.blocks] == [True, False]
+
+
+def test_a_net_may_have_a_frame(tmp_path):
+    frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
+    path = drawn(tmp_path / "a.dxf", frame, FLOOR, brick(0, 0), brick(0, 1))
+    with pytest.raises(mo.CaseError, match=r"on layer 'frame' is a frame .*--without-layer frame"):
+        mo.read_dxf(path, **GIVEN, net=True)
+    assert len(mo.read_dxf(path, **GIVEN, net=True, without_layers=["frame"]).blocks) == 3
+
+
+def test_a_stone_with_holes_is_no_frame(tmp_path):
+    """A perforated stone on a floor; most outlines are its holes."""
+    holes = [("", [(x, 0.2), (x + 0.2, 0.2), (x + 0.2, 0.8), (x, 0.8)]) for x in (0.2, 0.6, 1.0, 1.4)]
+    scene = mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), *holes), **GIVEN)
+    assert [len(block.holes) for block in scene.blocks] == [0, 4]
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "size"),
+    [(6, 3000, "12000 metres"), (4, 0.003, "0.012 millimetres"), (4, 3, "12 millimetres"), (4, 3000, "")],
+)
+def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size):
+    """The drawing is 4 wide, times the factor."""
+    rings = [(layer, [(factor * x, factor * y) for x, y in ring]) for layer, ring in (FLOOR, brick(0, 0))]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        mo.read_dxf(drawn(tmp_path / "a.dxf", *rings, unit=unit), **GIVEN)
+    assert [str(warning.message).count(f"the drawing is {size}") for warning in told] == [1] * bool(size)
+
+
+def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, capsys):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), brick(0, 0), brick(8, 8, "off"), brick(8, 8, "ice"))
+    document = ezdxf.readfile(path)
+    space = document.modelspace()
+    space.add_line((0, 0), (9, 9), dxfattribs={"layer": "cracks"})
+    space.add_text("plan", dxfattribs={"layer": "notes"})
+    document.layers.add("off").off()
+    document.layers.add("ice").freeze()
+    document.saveas(path)
+    options = "--friction", "0.7", "--unit-weight", "20", "--live", "1,0", "--without-layer", "cracks"
+    code, out, err = run_command(monkeypatch, capsys, "convert", path, tmp_path / "a.toml", *options)
+    assert code == 0
+    _, read, not_read = out.splitlines()
+    assert read == "layers read: fixed (1 curve, supports), stones (2 curves)"
+    assert not_read == (
+        "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
+    )
+    assert "warning: " in err
+    assert "1 outline is drawn twice and was read once" in err
 
 
 @pytest.mark.parametrize("height", [0.0, 0.5])

@@ -71,7 +71,7 @@ def test_openings_are_blocks_but_for_their_layer(sheet):
     path = sheet(facade(windows="panes"), floor=False)
     assert len(read(path, net=True).blocks) == len(FACADE) + 2
     assert len(read(path, net=True, window_layers=["Pane"]).blocks) == len(FACADE)
-    with pytest.raises(mo.CaseError, match="is open"):
+    with pytest.raises(mo.CaseError, match="outlines are open"):
         read(path)
 
 
@@ -99,7 +99,7 @@ def test_lines_that_miss_each_other_by_a_little(sheet, off):
 
     path = sheet(facade(change), floor=False)
     assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
-    missed = r"LINE \w+ on layer 'joints' ends inside a block .*'outline_tolerance'"
+    missed = r"lines end inside a block \(LINE \w+ on layer 'joints' near .*'outline_tolerance'"
     with pytest.raises(mo.CaseError, match=missed):
         read(path, net=True)
 
@@ -155,7 +155,6 @@ RING = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 WRONG = {
     "crosses itself": polylines([(0, 0), (4, 0), (0, 1), (4, 1)]),
     "no area": polylines([(0, 0), (4, 0), (2, 0)]),
-    "twice": polylines(STONE, STONE),
     "open": lambda space: space.add_lwpolyline(STONE, dxfattribs=ON),
     "a lone line": lambda space: space.add_line((0, 0), (1, 0), dxfattribs=ON),
     "a point": lambda space: space.add_line((1, 1), (1, 1), dxfattribs=ON),
@@ -173,7 +172,7 @@ WRONG = {
 
 @pytest.mark.parametrize("make", WRONG.values(), ids=WRONG)
 def test_what_is_no_block_is_named_by_layer_and_handle(sheet, make):
-    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: [A-Z]+ [0-9A-F]+ on layer 'stone'"):
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: (2 ends .*\()?[A-Z]+ [0-9A-F]+ on layer 'stone'"):
         read(sheet(make))
 
 

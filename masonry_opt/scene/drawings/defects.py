@@ -1,0 +1,55 @@
+"""Collect the defects of a drawing, so that one error names all of them, sorted by kind."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from masonry_opt.scene.drawings.stones import refuse
+
+#: Largest number of places that a message lists for one kind of defect.
+_MOST_PLACES = 10
+
+
+class Defect(NamedTuple):
+    """A part of a drawing that cannot be read as part of a block."""
+
+    where: str  #: kind, handle and layer of the entity
+    mistake: str  #: predicate of the message if the drawing has one such defect, such as "is open"
+    several: str  #: subject and predicate of the message about several defects, such as "outlines are open"
+    remedy: str
+    place: str = ""  #: end of the description of the place, such as " at (1, 2)"
+
+
+class Defects:
+    """Defects that were found while a drawing is read."""
+
+    def __init__(self) -> None:
+        self._found: list[Defect] = []
+
+    def add(self, defect: Defect) -> None:
+        """Add a defect; the drawing is read on, to find others."""
+        self._found.append(defect)
+
+    def refuse(self) -> None:
+        """Raise ValueError if there are defects. The message has one line for each kind of defect."""
+        of_kind: defaultdict[tuple[str, str], list[Defect]] = defaultdict(list)
+        for defect in self._found:
+            of_kind[defect.several, defect.remedy].append(defect)
+        refuse([_line(defects) for defects in of_kind.values()])
+
+
+def _line(defects: Sequence[Defect]) -> str:
+    """Return the message about defects of one kind."""
+    first = defects[0]
+    if len(defects) == 1:
+        return f"{first.where} {first.mistake}{first.place}: {first.remedy}"
+    places = [f"{defect.where}{defect.place}" for defect in defects[:_MOST_PLACES]]
+    if len(defects) > _MOST_PLACES:
+        places.append(f"and {len(defects) - _MOST_PLACES} more")
+    return f"{len(defects)} {first.several} ({'; '.join(places)}): {first.remedy}"
+
+
+def near(x: float, y: float) -> str:
+    """Return a place of a drawing as the end of a description."""
+    # Adding 0.0 turns -0.0 into 0.0.
+    return f" near ({x + 0.0:g}, {y + 0.0:g})"

@@ -1,0 +1,174 @@
+"""Find holes, copies and frames among the closed outlines of a drawing."""
+
+import re
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.drawings.defects import Defect, Defects, near
+from masonry_opt.scene.drawings.outlines import Curve, Outline
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
+from masonry_opt.scene.rows import linked
+
+#: Largest difference in area, relative to the area, at which an outline inside another outline is equal to
+#: the other outline.
+_EQUAL_AREA_TOLERANCE = 1e-9
+
+#: Smallest number of outlines inside a frame. With a smaller value, a block with one hole would be a frame.
+_FEWEST_IN_FRAME = 2
+
+
+class Nesting(NamedTuple):
+    """Blocks among the outlines of a drawing, and outlines that were drawn more often than needed."""
+
+    blocks: list[Outline]
+    copies: list[tuple[Curve, Curve]]  #: each copy that was left out, and the outline that it repeats
+
+
+def outlines_with_holes(
+    outlines: Sequence[Curve], is_support: Sequence[bool], tolerance: float, overlap: float, defects: Defects
+) -> Nesting:
+    """Return the outlines that are blocks, each with its holes, and the copies that are left out.
+
+    An outline inside another one, except for an overlap, is a hole of it. An outline inside a hole is a block
+    again. A hole that is drawn twice is a hole and the block that fills it, in the order of the drawing. All
+    further copies of an outline are left out. Of equal outlines outside all holes, the first one on a layer
+    of supports stays, or else the first one.
+
+    Outlines that have no area or cross themselves are added to the defects and left out.
+    """
+    drawn = [(curve, _polygon(curve, tolerance, defects)) for curve in outlines]
+    is_shape = [polygon is not None for _, polygon in drawn]
+    curves = [curve for curve, polygon in drawn if polygon is not None]
+    polygons = np.array([polygon for _, polygon in drawn if polygon is not None], dtype=object)
+    supports = np.array(is_support, dtype=bool)[is_shape]
+    if not len(polygons):
+        return Nesting([], [])
+    area = shapely.area(polygons)
+    inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
+    rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
+    is_inside = (inner != outer) & (rest <= overlap * shapely.length(polygons[inner]))
+    is_equal = is_inside & (np.abs(area[inner] - area[outer]) <= _EQUAL_AREA_TOLERANCE * area[outer])
+    group = linked(len(polygons), inner[is_equal], outer[is_equal])
+    is_within = is_inside & (group[inner] != group[outer]) & (area[inner] < area[outer])
+    around: defaultdict[int, set[int]] = defaultdict(set)
+    for one, other in zip(inner[is_within].tolist(), outer[is_within].tolist(), strict=True):
+        around[int(group[one])].add(int(group[other]))
+    members: defaultdict[int, list[int]] = defaultdict(list)
+    for number, label in enumerate(group.tolist()):
+        members[label].append(number)
+    kept: dict[int, list[int]] = {}
+    depth: dict[int, int] = {}
+    copies = []
+    for label in sorted(members, key=lambda label: -area[members[label][0]]):
+        equal = members[label]
+        depth[label] = sum(len(kept[other]) for other in around[label])
+        # Inside a block, two equal outlines are a hole and its filling.
+        needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
+        kept[label] = needed
+        copies += [(number, needed[0]) for number in equal if number not in needed]
+    return Nesting(
+        _blocks(curves, polygons, kept, depth, around),
+        [(curves[number], curves[original]) for number, original in sorted(copies)],
+    )
+
+
+def _blocks(
+    curves: Sequence[Curve],
+    polygons: np.ndarray,
+    kept: dict[int, list[int]],
+    depth: dict[int, int],
+    around: dict[int, set[int]],
+) -> list[Outline]:
+    """Return the blocks with their holes, in the order of the drawing.
+
+    Outlines are grouped by equal shape: ``kept`` maps each group to its outlines, ``depth`` to the number of
+    outlines around it, and ``around`` to the groups around it.
+    """
+    holes: defaultdict[int, list[int]] = defaultdict(list)
+    blocks = []
+    for label, numbers in kept.items():
+        if depth[label] % 2 == 0:
+            blocks.append(numbers[0])
+            continue
+        parent = max(around[label], key=lambda other: depth[other] + len(kept[other]))
+        holes[kept[parent][-1]].append(numbers[0])
+        blocks += numbers[1:]
+    outlines = []
+    for block in sorted(blocks):
+        rings = [polygons[hole].exterior for hole in sorted(holes[block])]
+        shape = shapely.Polygon(polygons[block].exterior, rings)
+        outlines.append(Outline(shape, curves[block], tuple(curves[hole] for hole in sorted(holes[block]))))
+    return outlines
+
+
+def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygon | None:
+    """Return the polygon of a closed curve.
+
+    If the curve has no area or crosses itself, a defect is added and None returned.
+    """
+    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
+    points = curve.points[step > tolerance]
+    polygon = shapely.Polygon(points if len(points) > 2 else None)
+    if polygon.convex_hull.area <= tolerance**2:
+        place = near(*curve.points[0])
+        defects.add(Defect(curve.where, "has no area", "outlines have no area", "delete it", place))
+        return None
+    if polygon.is_valid:
+        return shapely.orient_polygons(polygon)
+    # GEOS names the first crossing in square brackets, such as "Self-intersection[2 0.5]".
+    crossing = re.search(r"\[(\S+) (\S+)\]", shapely.is_valid_reason(polygon))
+    place = near(*map(float, crossing.groups())) if crossing else near(*points[0])
+    remedy = "draw its corners in order around the block"
+    defects.add(Defect(curve.where, "crosses itself", "outlines cross themselves", remedy, place))
+    return None
+
+
+def add_frames(
+    found: Sequence[Outline], is_support: Callable[[Curve], bool], is_fixed: Sequence[bool], defects: Defects
+) -> None:
+    """Add frames around the drawing to the defects.
+
+    A frame is an outline on no layer of supports, with at least two holes or with two blocks inside, in one
+    of three cases:
+
+    - an outline on a layer of supports lies inside,
+    - two of its holes share a side, so that they are stones and no holes,
+    - most outlines of the drawing are its holes, and no other block is a support.
+    """
+    on_layer = Counter(curve.layer for shape in found for curve in (shape.curve, *shape.holes))
+    polygons = np.array([shape.polygon for shape in found], dtype=object)
+    for number, shape in enumerate(found):
+        if not shape.polygon.interiors or is_support(shape.curve):
+            continue
+        is_inside = shapely.within(polygons, shapely.Polygon(shape.polygon.exterior))
+        is_inside[number] = False
+        inside = [found[index].curve for index in np.flatnonzero(is_inside).tolist()]
+        most = max((inside, shape.holes), key=len)
+        other_supports = any(fixed for index, fixed in enumerate(is_fixed) if index != number)
+        is_frame = (
+            any(map(is_support, (*inside, *shape.holes)))
+            or _share_side(shape.polygon)
+            or (2 * len(shape.holes) > sum(on_layer.values()) and not other_supports)
+        )
+        if len(most) < _FEWEST_IN_FRAME or not is_frame:
+            continue
+        layer = shape.curve.layer
+        remedy = f"omit the layer of the frame with 'without_layers' (--without-layer {layer})"
+        if on_layer[layer] > 1:
+            remedy = f"delete the frame, or move it to a layer of its own; '{layer}' has other outlines too"
+        mistake = f"is a frame around {len(most)} outlines, which become holes"
+        several = "frames are drawn around other outlines, which become holes"
+        defects.add(Defect(shape.curve.where, mistake, several, remedy))
+
+
+def _share_side(polygon: shapely.Polygon) -> bool:
+    """Return True if two holes of a polygon overlap or share a side."""
+    holes = shapely.polygons(list(polygon.interiors))
+    whole = shapely.area(shapely.union_all(holes))
+    sides = shapely.length(shapely.union_all(shapely.boundary(holes)))
+    is_apart = np.isclose(whole, shapely.area(holes).sum(), rtol=RELATIVE_TOLERANCE)
+    return bool(not is_apart or not np.isclose(sides, shapely.length(holes).sum(), rtol=RELATIVE_TOLERANCE))
