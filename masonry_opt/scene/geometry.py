@@ -309,8 +309,8 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
-    more = f" (and {len(names) - 1} more like it: {', '.join(names[1:4])})" if len(names) > 1 else ""
-    raise CaseError(f"{scene.origin}: block {names[0]} {why}{more}")
+    more = f" (likewise {len(names) - 1} more: {', '.join(names[1:4])})" if len(names) > 1 else ""
+    raise CaseError(f"{scene.origin}: block {names[0]}{more} {why}")
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
