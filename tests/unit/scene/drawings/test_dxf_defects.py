@@ -1,10 +1,13 @@
 """Drawings as exported: copies, frames, several defects, layers, doubtful units, supports by height."""
 
+import math
+import re
 import warnings
 
 import ezdxf
 import pytest
 from scenes import run_command
+from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.errors import DrawingWarning
@@ -168,6 +171,31 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
     )
     assert "warning: " in err
     assert "1 outline is drawn twice and was read once" in err
+
+
+def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):
+    """A half ring around an arch of radius 4 overlaps it by 0.02.
+
+    The lines that enclose the common region, also a half ring, are 4.0 apart.
+    """
+    bulge = 1.0  # half a circle
+    rings = {
+        "floor fixed": [(-9, -1, 0), (9, -1, 0), (9, 0, 0), (-9, 0, 0)],
+        "inner": [(4, 0, bulge), (-4, 0, 0), (-3, 0, -bulge), (3, 0, 0)],
+        "outer": [(5, 0, bulge), (-5, 0, 0), (-3.98, 0, -bulge), (3.98, 0, 0)],
+    }
+    document = ezdxf.new()
+    for layer, ring in rings.items():
+        document.modelspace().add_lwpolyline(ring, format="xyb", close=True, dxfattribs={"layer": layer})
+    document.saveas(tmp_path / "a.dxf")
+    scene = mo.read_dxf(tmp_path / "a.dxf", **GIVEN)
+    with pytest.raises(mo.CaseError, match="overlap over an area") as refusal:
+        mo.solve(scene, "static")
+    advised = float(re.search("'contact_tolerance' to ([0-9.]+)", str(refusal.value))[1])
+    # The advice is an upper bound: π times the area over half the perimeter.
+    assert 0.02 <= advised <= 1.01 * math.pi * 0.02
+    # Each half ring stands on the floor with both ends, and on the other one.
+    assert len(contacts_of(scene.replace(contact_tolerance=advised)).extent) >= 5
 
 
 @pytest.mark.parametrize("height", [0.0, 0.5])
