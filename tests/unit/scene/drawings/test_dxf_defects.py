@@ -103,10 +103,12 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
 
 @pytest.mark.parametrize("outside", [[], [("title", [(12, -9), (20, -9), (20, -5), (12, -5)])]])
 @pytest.mark.parametrize("supports", ["fixed", "plinth"])
-def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports):
+@pytest.mark.parametrize("mortar", [0.0, 0.1])
+def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports, mortar):
     """The title block may be beside the frame. The supports may be named by layer, or by their height."""
     frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
-    path = drawn(tmp_path / "a.dxf", *outside, frame, brick(0, 0, supports), brick(0, 1), brick(0, 2))
+    stones = brick(0, 0, supports), brick(0, 1 + mortar), brick(0, 2 + 2 * mortar)
+    path = drawn(tmp_path / "a.dxf", *outside, frame, *stones)
     for height in (None, 0.5):
         with pytest.raises(
             mo.CaseError, match=r"on layer 'frame' is a frame around 3 .*--without-layer frame"
