@@ -178,7 +178,7 @@ def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     except _UnreadableError as error:
         insert = _attribute(entity, "insert", None)
         place = "" if insert is None else near(insert.x, insert.y)
-        several = f"entities are {error.what}"
+        several = f"entities cannot be read, because each is {error.what}"
         defects.add(Defect(_named(entity), f"is {error.what}", several, error.remedy, place))
         return None
 

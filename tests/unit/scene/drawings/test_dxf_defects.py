@@ -143,7 +143,7 @@ def test_a_stone_with_holes_is_no_frame(tmp_path):
 
 @pytest.mark.parametrize(
     ("unit", "factor", "size"),
-    [(6, 3000, "12000 metres"), (4, 0.003, "0.012 millimetres"), (4, 3, "12 millimetres"), (4, 3000, "")],
+    [(6, 3000, "as much as 12000 m"), (4, 0.003, "only 1.2e-05 m"), (4, 3, "only 0.012 m"), (4, 3000, "")],
 )
 def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size):
     """The drawing is 4 wide, times the factor."""
@@ -151,7 +151,18 @@ def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         mo.read_dxf(drawn(tmp_path / "a.dxf", *rings, unit=unit), **GIVEN)
-    assert [str(warning.message).count(f"the drawing is {size}") for warning in told] == [1] * bool(size)
+    assert [str(warning.message).count(f"so it is {size} wide") for warning in told] == [1] * bool(size)
+
+
+def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
+    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .not named with --layer\)"):
+        mo.read_dxf(path, **GIVEN, layers=["stones"])
+    document = ezdxf.readfile(path)
+    document.layers.add("fixed").freeze()
+    document.saveas(path)
+    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .frozen\)"):
+        mo.read_dxf(path, **GIVEN)
 
 
 def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, capsys):
