@@ -210,7 +210,9 @@ class Geometry(Extents):
         # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            depth = max(map(_least_width, shapely.get_parts(common[number])))
+            # A curved piece, such as that between two arcs, is thinner than the lines that enclose it.
+            width = max(map(_least_width, shapely.get_parts(common[number])))
+            depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
                 middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
                 yield int(number), Common(depth, middle, float(area[number]))

@@ -378,12 +378,16 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
         joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
-        remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
+        parallel = ", which also makes nearly parallel sides parallel" if joining > depth else ""
+        remedy = f", or {set_tolerance(joining)} if their coordinates are inexact{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
         remedy = f", or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
-    more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
+    more = ""
+    if others:
+        verb = "overlaps" if others == 1 else "overlap"
+        more = f" ({least}{counted(others, 'more pair')} {verb}, up to {depth:.3g} deep)"
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
     at = f"near {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
     raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")

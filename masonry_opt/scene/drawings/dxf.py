@@ -158,7 +158,8 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # The live load of each block as a multiple of its weight.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing)
+        unread = _unread_layers(document, drawing)
+        blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
         if drawing.thickness is not None:
             flat = stones.scene_of(blocks, drawing, path)
             blocks = extrude(flat.replace(thickness=drawing.thickness)).in_space()
@@ -246,40 +247,54 @@ def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
     from ezdxf.units import unit_name
 
     name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
-    means = f"the drawing is {size:.6g} {name} wide or high ($INSUNITS), which is {size * unit:.3g} m"
+    how_large = "only" if size * unit < _SMALLEST_DRAWING else "as much as"
+    means = f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high"
     effect = "lengths stay as drawn, and the unit weight refers to them"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
     return f"{means}: correct the unit in the drawing if this is wrong; {effect}"
 
 
-def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
-    """Return lines that list the layers that were read, and the layers that were not, with the reasons."""
-    hidden = outlines.hidden_layers(document)
-    selected = None if drawing.layers is None else {layer.casefold() for layer in drawing.layers}
-    omitted = {layer.casefold() for layer in drawing.without_layers}
-    count: Counter[str] = Counter()
+def _layers(document: Any) -> dict[str, tuple[str, int]]:
+    """Return the layers of a drawing, by name in lower case, each with its name and number of curves."""
     names: dict[str, str] = {}
+    count: Counter[str] = Counter()
     for entity in document.modelspace():
         name = outlines.layer_of(entity)
         names.setdefault(name.casefold(), name)
         count[name.casefold()] += not outlines.is_ignored(entity)
-    read, left_out = [], []
-    for key, name in names.items():
+    return {key: (name, count[key]) for key, name in names.items()}
+
+
+def _unread_layers(document: Any, drawing: DxfDrawing) -> dict[str, str]:
+    """Return the layers that were not read, by name, with the reasons."""
+    hidden = outlines.hidden_layers(document)
+    omitted = {layer.casefold() for layer in drawing.without_layers}
+    selected = None if drawing.layers is None else {layer.casefold() for layer in drawing.layers}
+    unread = {}
+    for key, (name, count) in _layers(document).items():
         if key in hidden:
-            left_out.append(f"{name} ({hidden[key]})")
+            unread[name] = hidden[key]
         elif key in omitted:
-            left_out.append(f"{name} (--without-layer)")
+            unread[name] = "--without-layer"
         elif selected is not None and key not in selected:
-            left_out.append(f"{name} (not named with --layer)")
-        elif not count[key]:
-            left_out.append(f"{name} (no outlines)")
-        else:
+            unread[name] = "not named with --layer"
+        elif not count:
+            unread[name] = "no outlines"
+    return unread
+
+
+def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
+    """Return lines that list the layers that were read, and the layers that were not, with the reasons."""
+    unread = _unread_layers(document, drawing)
+    read = []
+    for name, count in _layers(document).values():
+        if name not in unread:
             supports = ", supports" if _has_word(name, drawing.fixed_layers) else ""
-            read.append(f"{name} ({counted(count[key], 'curve')}{supports})")
+            read.append(f"{name} ({counted(count, 'curve')}{supports})")
     lines = [f"layers read: {', '.join(read)}"]
-    if left_out:
-        lines.append(f"layers not read: {', '.join(left_out)}")
+    if unread:
+        lines.append(f"layers not read: {', '.join(f'{name} ({reason})' for name, reason in unread.items())}")
     return lines
 
 
@@ -327,8 +342,13 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
     return [unique.get(block, name) for block, name in enumerate(default_names)]
 
 
-def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
-    """Return the blocks without their live loads. Raises ValueError if there are no supports."""
+def _blocks(
+    found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, unread: Mapping[str, str]
+) -> list[Block]:
+    """Return the blocks without their live loads. Raises ValueError if there are no supports.
+
+    ``unread`` contains the layers that were not read, by name, with the reasons.
+    """
     words = [word.casefold() for word in drawing.fixed_layers]
     fixed = _are_fixed(found, drawing)
     drawn = zip(names, found, fixed, strict=True)
@@ -342,6 +362,11 @@ def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing)
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
+        for layer, reason in unread.items():
+            if _has_word(layer, words):
+                raise ValueError(
+                    f"no block is a support: layer '{layer}' was not read ({reason}); show it, or read it too"
+                )
         instead = "move the supports to such a layer, name their layer with 'fixed_layers' (--fixed-layer), "
         instead += "or fix all blocks that reach down to a height with 'fixed_below' (--fixed-below)"
         raise ValueError(f"no block is a support: no block is on a layer {named}; {instead}")

@@ -137,7 +137,7 @@ def add_frames(
 
     - an outline on a layer of supports lies inside,
     - two of its holes share a side, so that they are stones and no holes,
-    - most outlines of the drawing are its holes, and no other block is a support.
+    - most outlines of the drawing are its holes, and it is a support by its height, or no other block is one.
     """
     on_layer = Counter(curve.layer for shape in found for curve in (shape.curve, *shape.holes))
     polygons = np.array([shape.polygon for shape in found], dtype=object)
@@ -152,7 +152,7 @@ def add_frames(
         is_frame = (
             any(map(is_support, (*inside, *shape.holes)))
             or _share_side(shape.polygon)
-            or (2 * len(shape.holes) > sum(on_layer.values()) and not other_supports)
+            or (2 * len(shape.holes) > sum(on_layer.values()) and (is_fixed[number] or not other_supports))
         )
         if len(most) < _FEWEST_IN_FRAME or not is_frame:
             continue

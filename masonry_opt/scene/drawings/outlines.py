@@ -178,7 +178,7 @@ def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     except _UnreadableError as error:
         insert = _attribute(entity, "insert", None)
         place = "" if insert is None else near(insert.x, insert.y)
-        several = f"entities are {error.what}"
+        several = f"entities cannot be read, because each is {error.what}"
         defects.add(Defect(_named(entity), f"is {error.what}", several, error.remedy, place))
         return None
 
@@ -200,7 +200,7 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
         what = _HIDING.get(kind, "of a kind that cannot be read")
         raise _UnreadableError(
-            what, "explode it, draw its outline, or omit its layer with 'without_layers' (--without-layer)"
+            what, "explode it, draw its outline, or omit the layer with 'without_layers' (--without-layer)"
         )
     with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw it again")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
@@ -338,7 +338,7 @@ def _loops(
     for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
         mistake = f"meets {others} other ends of curves"
         several = "ends of curves meet more than one other end"
-        remedy = _remedy("lower 'outline_tolerance' to separate them")
+        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate them")
         defects.add(Defect(where[branch // 2], mistake, several, remedy, near(*ends[branch])))
     following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
     for start in free.tolist():
@@ -370,15 +370,16 @@ def _add_open(
         seen.add(end ^ 1)
         distance = np.hypot(*(ends[free] - ends[start]).T)
         gap = f", {np.sort(distance)[1]:.3g} from the nearest free end" if len(free) > 1 else ""
-        remedy = _remedy("raise 'outline_tolerance'")
+        remedy = _remedy("raise 'outline_tolerance' (--outline-tolerance) above the gaps")
         place = f"{near(*ends[start])}{gap}"
         defects.add(Defect(where[start // 2], "is open", "outlines are open", remedy, place))
 
 
 def _remedy(change: str) -> str:
     """Return the remedy for lines that form no simple loops."""
-    instead = "select the layers of blocks with 'layers', or set 'net' (--net) if all lines are joints"
-    return f"draw blocks as closed polylines, {change}, {instead}"
+    layers = "omit layers of other lines with 'without_layers' (--without-layer)"
+    net = "set 'net' (--net) if all lines are joints"
+    return f"draw blocks as closed polylines, {change}, {layers}, or {net}"
 
 
 def net_cells(

@@ -1,10 +1,13 @@
 """Drawings as exported: copies, frames, several defects, layers, doubtful units, supports by height."""
 
+import math
+import re
 import warnings
 
 import ezdxf
 import pytest
 from scenes import run_command
+from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.errors import DrawingWarning
@@ -100,10 +103,12 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
 
 @pytest.mark.parametrize("outside", [[], [("title", [(12, -9), (20, -9), (20, -5), (12, -5)])]])
 @pytest.mark.parametrize("supports", ["fixed", "plinth"])
-def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports):
+@pytest.mark.parametrize("mortar", [0.0, 0.1])
+def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports, mortar):
     """The title block may be beside the frame. The supports may be named by layer, or by their height."""
     frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
-    path = drawn(tmp_path / "a.dxf", *outside, frame, brick(0, 0, supports), brick(0, 1), brick(0, 2))
+    stones = brick(0, 0, supports), brick(0, 1 + mortar), brick(0, 2 + 2 * mortar)
+    path = drawn(tmp_path / "a.dxf", *outside, frame, *stones)
     for height in (None, 0.5):
         with pytest.raises(
             mo.CaseError, match=r"on layer 'frame' is a frame around 3 .*--without-layer frame"
@@ -138,7 +143,7 @@ def test_a_stone_with_holes_is_no_frame(tmp_path):
 
 @pytest.mark.parametrize(
     ("unit", "factor", "size"),
-    [(6, 3000, "12000 metres"), (4, 0.003, "0.012 millimetres"), (4, 3, "12 millimetres"), (4, 3000, "")],
+    [(6, 3000, "as much as 12000 m"), (4, 0.003, "only 1.2e-05 m"), (4, 3, "only 0.012 m"), (4, 3000, "")],
 )
 def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size):
     """The drawing is 4 wide, times the factor."""
@@ -146,7 +151,18 @@ def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         mo.read_dxf(drawn(tmp_path / "a.dxf", *rings, unit=unit), **GIVEN)
-    assert [str(warning.message).count(f"the drawing is {size}") for warning in told] == [1] * bool(size)
+    assert [str(warning.message).count(f"so it is {size} wide") for warning in told] == [1] * bool(size)
+
+
+def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
+    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .not named with --layer\)"):
+        mo.read_dxf(path, **GIVEN, layers=["stones"])
+    document = ezdxf.readfile(path)
+    document.layers.add("fixed").freeze()
+    document.saveas(path)
+    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .frozen\)"):
+        mo.read_dxf(path, **GIVEN)
 
 
 def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, capsys):
@@ -168,6 +184,31 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
     )
     assert "warning: " in err
     assert "1 outline is drawn twice and was read once" in err
+
+
+def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):
+    """A half ring around an arch of radius 4 overlaps it by 0.02.
+
+    The lines that enclose the common region, also a half ring, are 4.0 apart.
+    """
+    bulge = 1.0  # half a circle
+    rings = {
+        "floor fixed": [(-9, -1, 0), (9, -1, 0), (9, 0, 0), (-9, 0, 0)],
+        "inner": [(4, 0, bulge), (-4, 0, 0), (-3, 0, -bulge), (3, 0, 0)],
+        "outer": [(5, 0, bulge), (-5, 0, 0), (-3.98, 0, -bulge), (3.98, 0, 0)],
+    }
+    document = ezdxf.new()
+    for layer, ring in rings.items():
+        document.modelspace().add_lwpolyline(ring, format="xyb", close=True, dxfattribs={"layer": layer})
+    document.saveas(tmp_path / "a.dxf")
+    scene = mo.read_dxf(tmp_path / "a.dxf", **GIVEN)
+    with pytest.raises(mo.CaseError, match="overlap over an area") as refusal:
+        mo.solve(scene, "static")
+    advised = float(re.search("'contact_tolerance' to ([0-9.]+)", str(refusal.value))[1])
+    # The advice is an upper bound: π times the area over half the perimeter.
+    assert 0.02 <= advised <= 1.01 * math.pi * 0.02
+    # Each half ring stands on the floor with both ends, and on the other one.
+    assert len(contacts_of(scene.replace(contact_tolerance=advised)).extent) >= 5
 
 
 @pytest.mark.parametrize("height", [0.0, 0.5])
