@@ -40,10 +40,9 @@ _WHOSE = "Mechanism that --plot draws: least (default, at the lowest load factor
     quiet=typer.Option("--quiet", "-q", help="Print only the load factor, and warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
-def solve(  # noqa: PLR0913 - each parameter is an option of the command
+def solve(
     given: Given,
     case: Path,
-    load_case: str | None = None,
     json: bool = False,
     verbose: bool = False,
     quiet: bool = False,
@@ -59,6 +58,7 @@ def solve(  # noqa: PLR0913 - each parameter is an option of the command
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
     drawing = given.take(mo.Result.save)
     _refuse_drawing_options(given, drawing, plot, mechanism)
+    load_case = given.pop("load_case", None)
     scene = as_scene(case, load_case)
     if plot is not None:  # an unusable path of the picture is reported before the scene is solved
         from masonry_opt.drawing.page import refuse_saving

@@ -87,8 +87,11 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
 
     One slider follows the load history to collapse, if there is a load history. Another slider moves the
     mechanism. Pointing at a joint shows its forces and motion. ``kind`` is the quantity that joints show
-    first: "mechanism", "thrust" or "utilisation". A scene in space can be turned; ``view`` is its first view.
+    first: "mechanism", "thrust" or "utilisation". A stable scene has no mechanism, and shows thrust instead.
+    A scene in space can be turned; ``view`` is its first view.
     """
+    if kind == "mechanism" and result.stability is not None:
+        kind = "thrust"
     elements, folder, frames = result_elements(result), files("masonry_opt.drawing"), keyframes_of(result)
     name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, frames)
     values: dict[str, Any] = {"title": escape(elements.title), **figure}

@@ -56,6 +56,14 @@ def test_a_required_load_factor(required, passed):
     assert f"λ ≥ {required:g}: {'passed' if passed else 'failed'}" in str(found)
 
 
+def test_the_picture_shows_a_required_load_factor_far_above_the_least():
+    """The axis of λ usually ends at four times the least load factor."""
+    chart = crossed(required_factor=100.0).plot().axes[0].child_axes[0]
+    (line,) = [line for line in chart.get_lines() if line.get_label() == "required"]
+    assert line.get_ydata()[0] == 100.0
+    assert chart.get_ylim()[1] > 100.0
+
+
 def test_what_a_required_load_factor_is_compared_with():
     found = crossed(required_factor=3.5)
     assert "proven lower bound for associative flow" in found.facts()["required"] or found.bound == 4

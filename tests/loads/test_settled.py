@@ -321,3 +321,12 @@ def test_axles_cross_a_settled_bridge():
     assert answer.load_factor == pytest.approx(again.load_factor, rel=1e-5)
     assert answer.worst.load_factor == pytest.approx(answer.load_factor, rel=1e-6)
     assert "settled: 'east' by (0.02, 0)" in str(answer)
+
+
+def test_a_load_at_the_edge_of_a_displaced_block_is_no_warning():
+    """The load acts at the top of the beam at rest, and moves with the beam."""
+    scene = beam(live_at=(2.5, 2.0))
+    assert mo.solve(scene, "static", settled={"R": (0.0, -0.2)}).warning_sentences == ()
+    lifted = beam(live_at=(2.5, 2.1))
+    (sentence,) = mo.solve(lifted, "static", settled={"R": (0.0, -0.2)}).warning_sentences
+    assert "acts 0.1 outside the block" in sentence

@@ -88,6 +88,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     no_proof = name in ("lowest", "space")
     assert ("equilibrium alone fixes all forces, so no other λ above zero" in page.text) == by_statics
     assert ("lowest state found is no proof" in page.text) == no_proof
+    # Methods without a search of their own advise "--method coulomb -o search=10".
     assert ("search=10" in page.text) == (no_proof or name == "settlement")
     assert ("begin to move at others" in page.text) == (name == "settlement")
     assert ("for λ = 1" in page.text) == (name != "settlement")

@@ -238,6 +238,9 @@ def test_pages_pictures_and_json_have_the_reserves(case):
         assert "stable under its dead load" in result.plot(kind).axes[0].get_title()
     result.save("ramp.html", "thrust")
     assert "stable under its dead load" in Path("ramp.html").read_text()
+    result.save("page.html")
+    (chosen,) = [line for line in Path("page.html").read_text().splitlines() if " checked" in line]
+    assert 'value="thrust"' in chosen
     stability = result.as_dict()["stability"]
     assert stability["worst_joint"]["first"] == "slope"
     assert stability["least_friction"] == pytest.approx(math.tan(math.radians(20)), rel=BISECTED)

@@ -377,7 +377,8 @@ class Comparison:
             lines += [
                 "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"
             ]
-            lines += [f"time ({median}; {long}) and largest error include only certified answers"]
+            lines += ["time and largest error include only certified answers"]
+            lines += [f"time: {median}; {long}"]
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

@@ -86,8 +86,9 @@ def _draw_load_factors(answer: CrossingLoadFactors, axes: Axes, position: float)
     ring: dict[str, Any] = {"color": MARKED, "markersize": 11, "fillstyle": "none"}
     axes.plot(position, answer.load_factor, "o", label="worst", zorder=4, **ring)
     highest = 1.1 * float(answer.governing["load_factor"].max())
-    axes.set_ylim(0.0, min(_LARGEST_SHOWN * answer.load_factor, highest) or 1.0)
+    top = min(_LARGEST_SHOWN * answer.load_factor, highest) or 1.0
     required = answer.required_factor
+    axes.set_ylim(0.0, max(top, 1.1 * (required or 0.0)))
     if required is not None:
         axes.axhline(required, color=LIVE, linewidth=0.9, linestyle="--", label="required")
 

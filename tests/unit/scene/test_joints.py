@@ -117,7 +117,10 @@ def test_impossible_geometry_is_refused_by_name(blocks, message):
         ([square("B", 0.9, 0)], "blocks 'A' and 'B' overlap"),
         ([square("B", 2.5, 3)], "'B' touches no other block: 'A'.* 2\\.5 away"),
         ([square("B", 1, 1)], "'B' touches no other block: it meets 'A'"),
-        ([square("B", 4, 3), square("C", 5, 3)], "'B' .likewise 1 more: 'C'. is not connected to any fixed block"),
+        (
+            [square("B", 4, 3), square("C", 5, 3)],
+            "'B' .likewise 1 more: 'C'. is not connected to any fixed block",
+        ),
     ],
 )
 def test_blocks_in_impossible_places_are_refused_by_name(blocks, message, shaped):
