@@ -238,9 +238,9 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about forces that act outside the convex hulls of their blocks.
 
     Forces at a block's own ``weight_at`` are not checked: the centroid of a curved stone may be outside of
-    its straight edges.
+    its straight edges. Points of forces are those at rest, before supports have settled.
     """
-    shapes, blocks = assembly.geometry, assembly.scene.blocks
+    shapes, blocks = (assembly.at_rest or assembly).geometry, assembly.scene.blocks
     index_of = {block.name: index for index, block in enumerate(blocks)}
     for load in ("live", "dead"):
         points = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
