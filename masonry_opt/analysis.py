@@ -372,8 +372,8 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
         method, function=solve, incremental=incremental, time_limit=time_limit, **engine, **options
     )
     effort = Effort(phases)
+    effort.begins("reading blocks")
     with limited(session.how.time_limit):
-        effort.begins("reading blocks")
         with effort.measure("scene"):
             scene = _after_settlement(as_scene(scene, load_case), settled)
         return replace(session, answers_stability=True).solve(scene, progress, effort)

@@ -179,7 +179,8 @@ class Contacts:
         """
         if not free.any():
             return poses
-        size = float(np.ptp(self.joints.point, axis=0).max())
+        corners, _ = self.assembly.geometry.corners
+        size = float(np.ptp(corners, axis=0).max())
         scale = np.tile([1.0, 1.0, 1.0 / size], np.count_nonzero(free))
         for _ in range(_MOST_CORRECTIONS):
             normal, tangential, jacobian = self._conditions(poses)
@@ -226,7 +227,8 @@ class Contacts:
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)
         point = self.joints.point
-        movement = float(lengths(placed(point, poses[self.joints.first[self.joints.joint]]) - point).max())
+        moved = placed(point, poses[self.joints.first[self.joints.joint]])
+        movement = lengths(moved - point).max(initial=0.0)
         gap, slip = (np.abs(part).max(initial=0.0) for part in (normal, tangential))
         if gap > _LARGEST_GAP * movement or slip > _LARGEST_SLIP * movement:
             raise SettlementBlockedError("the blocks lock before the supports reach their new positions")

@@ -94,8 +94,8 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
 
     Raises OptionError if a name is not that of a support or occurs twice, or if a movement is wrong.
     """
-    pairs = list(settled.items() if isinstance(settled, Mapping) else settled)
     try:
+        pairs = list(settled.items() if isinstance(settled, Mapping) else settled)
         names = [name for name, _ in pairs]
     except (TypeError, ValueError):
         raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None

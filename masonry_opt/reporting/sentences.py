@@ -234,7 +234,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 def _time_limit(v: dict[str, Any]) -> str:
     """State that the time limit ended the analysis, in which phase, and the load factors known by then."""
-    ended = f"the time limit of {v['seconds']:g} s ended the analysis during this step: {v['phase']}"
+    ended = f"the time limit of {v['seconds']:g} s ended the analysis (in step: {v['phase']})"
     if v["carried"] is not None:
         carried = (
             f"the live load was raised from rest to λ = {numeral(v['carried'], '.6g')} without a collapse"

@@ -12,7 +12,7 @@ from unit.test_house import ROOT
 import masonry_opt as mo
 from masonry_opt.deadline import TimeLimitReached, check_time, limited, seconds_left, unlimited
 from masonry_opt.effort import Effort
-from masonry_opt.errors import LongAnalysisWarning, OptionError
+from masonry_opt.errors import LongAnalysisWarning, OptionError, TimeLimitError
 from masonry_opt.methods.exact.search import Search
 from masonry_opt.methods.loop.run import Iteration
 from masonry_opt.methods.mpec import CasadiIpopt, RelaxationStep
@@ -100,6 +100,12 @@ def test_a_wrong_limit_is_refused(limit):
 
 
 @pytest.mark.slow
+def test_a_limit_that_is_over_at_once_is_an_error_of_the_package():
+    """Whatever ends first: a user never sees the KeyboardInterrupt by which the limit ends loops."""
+    with pytest.raises(TimeLimitError, match="raise the time limit"):
+        mo.solve(WALL, time_limit=1e-9)
+
+
 def test_the_command_reports_progress_and_ends_with_exit_code_1(tmp_path):
     path = tmp_path / "large.toml"
     path.write_text(LARGE)

@@ -153,6 +153,7 @@ def test_a_tie_runs_between_its_displaced_ends():
         ({"R": "down"}, "support 'R' needs"),
         ({}, "needs the movement of each support by name, such as"),
         ("R", "needs the movement of each support by name, such as"),
+        (5, "needs the movement of each support by name, such as"),
         ([("R", (0, -1)), ("R", (0, 1))], "must name each support once"),
         ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 times this movement"),
     ],

@@ -204,7 +204,9 @@ class _LoadRaising:
             if self.not_carried < inf:
                 self._narrow()
                 continue
-            increment = self._extend_linearly(self._choose_increment())
+            increment = self._choose_increment()
+            if self.solver.size_of_motion(self.rate) > 0:
+                increment = self._extend_linearly(increment)
             if increment == inf:
                 return self._result(End.UNBOUNDED)
             if self.carried > self.settings.unbounded * self.unit:
@@ -284,8 +286,12 @@ class _LoadRaising:
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
-        by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
         least = settings.smallest_increment * load_factor
+        motion = solver.size_of_motion(self.rate)
+        if motion == 0:
+            # No elastic motion balances the live load. The smallest increment shows that it is not carried.
+            return least
+        by_forces = settings.increment * forces / motion
         return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
