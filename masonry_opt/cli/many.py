@@ -64,7 +64,9 @@ def _vary(text: str) -> tuple[str, list[float]]:
     seed=typer.Option(min=0),
     by=typer.Option(help=f"With --sample: joints that share a random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
-    force=typer.Option("--force", help=f"Also replace other tables, and files not written by {WRITER}."),
+    force=typer.Option(
+        "--force", help=f"Also replace the table of another study, and files not written by {WRITER}."
+    ),
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:

@@ -119,8 +119,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: the slack, the row that
-#: defines the slack, the product of slack and rate, and the row paired with the rate.
+#: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: "z" is the slack, "slack"
+#: the row that defines z, "product" the row of z times the rate, and "pair" the row paired with the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 #: Name prefixes of the variables and rows of a yield condition, by component of the program.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}

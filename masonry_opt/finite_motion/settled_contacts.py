@@ -234,7 +234,7 @@ class Contacts:
             raise SettlementBlockedError("the blocks lock before the supports reach their new positions")
 
     def displaced_joints(self, poses: np.ndarray) -> tuple[np.ndarray, Joints]:
-        """Return the indices of the joints that do not separate, and the joints between displaced blocks.
+        """Return indices of the joints that do not separate, and these joints between the displaced blocks.
 
         An opened joint lies on the bisecting line of its edges. Raises SettlementBlockedError if a block has
         slid off another block.

@@ -103,7 +103,7 @@ class Assembly:
         return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
-        """Return the two block names of each joint of the scene that contains given joints of the problem."""
+        """Return the names of the two blocks at each of the given joints of the problem, once each."""
         return self.pairs_of(self.joints_of(indices))
 
     def pairs_of(self, joints: np.ndarray) -> list[list[str]]:

@@ -41,7 +41,7 @@ _NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
 #: Meaning of each name of load factors, which sweeps and samples print below their results.
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states, not proven least",
-    LEAST: "exact collapse states; proven: no state is lower",
+    LEAST: "exact collapse states, proven to have the least load factors",
     FOUND: "states that are not exact, or have a larger λ than the end of the load history; not proven least",
     INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
@@ -60,7 +60,7 @@ class LoadFactorLine:
     name: str
     #: Value of the load factor; None if it does not exist, for the reason in the remark.
     load_factor: float | None
-    remark: str  #: text on the kind of state and on lower load factors
+    remark: str  #: text that states the kind of state, and if a lower load factor is possible
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:

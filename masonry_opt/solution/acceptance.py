@@ -117,7 +117,8 @@ DEPARTS = 1e-6
 #: Size below which a departure from associative flow, a slip or a shear counts as rounding.
 ROUNDING = 1e-11
 
-#: Largest error, as an energy in median block weights, of a margin under dead load.
+#: Largest accepted error of the margin of stability under dead load: the work of median block weights over a
+#: unit of length.
 MARGIN_ENERGY = 1e-4
 
 #: Smallest |λ| by which differences and residuals are divided. A smaller |λ| is replaced by this value.

@@ -51,8 +51,8 @@ class Code(StrEnum):
     # equilibrium alone fixes the joint forces; ``elastic``, True if the forces are those of elastic contacts
     # that come to rest under the dead load, False if a linear or cone program found the forces.
     CARRIED = "carried"
-    # First group of codes: reasons of all methods why no load factor exists. Value: ``blocks``, the blocks
-    # that fall.
+    # Value: ``blocks``, the blocks that fall. This code and the next ones state, for all methods, why no load
+    # factor exists.
     FALLS = "falls"
     # Value: ``blocks``, the falling blocks that no joint supports from below.
     HANGS = "hangs"
@@ -82,8 +82,8 @@ class Code(StrEnum):
     # Values: ``status`` of the analysis; ``pairs``, the two blocks of each joint that keeps the live load
     # from causing collapse.
     JOINTS = "joints"
-    # Values: ``fixed``, True if equilibrium alone determines all forces, so that no other load factor above
-    # zero is possible; ``against``, True if the mechanism moves against the live load.
+    # Values: ``fixed``, True if equilibrium alone determines all forces, so that the load factor given is the
+    # only one above zero; ``against``, True if the mechanism moves against the live load.
     NO_WORK = "no work"
     # Values: ``seconds``, the time limit; ``phase`` in which the limit was reached. If there is no answer:
     # ``carried``, the largest load factor that the load history has carried, or None; ``last``, λ of the last
@@ -187,9 +187,8 @@ class Code(StrEnum):
     STILL_CARRIES = "still carries"
     FORCES_UNDECIDED = "forces undecided"
 
-    # First warning about a property of the scene that looks unintended. In all warnings, ``pairs`` are the
-    # two blocks of each joint. In the first two warnings, empty ``pairs`` stand for the default values of all
-    # joints. Values: ``friction``, ``pairs``.
+    # Values: ``friction``; ``pairs``, the two blocks of each joint, empty for the default of all joints. This
+    # code and the next ones warn about properties of the scene that look unintended.
     FRICTION_HIGH = "friction high"
     # Values: ``dilatancy``, ``friction``, ``pairs``.
     DILATANCY_LOW = "dilatancy low"

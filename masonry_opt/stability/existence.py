@@ -46,7 +46,7 @@ _CUTS_UP_TO = 100
 #: joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
-#: Name in a result's ``solvers`` for programs on the existence of a load factor.
+#: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
 #: Rate above which a face counts as moving if the live load does the work Σ|f_L|. The value affects no proof,

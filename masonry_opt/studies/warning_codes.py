@@ -17,9 +17,9 @@ class StudyCode(StrEnum):
     #: Values: ``status`` of the runs; ``count``, the number of runs; ``message``, the reason of the first
     #: run.
     RUNS_UNDECIDED = "runs undecided"
-    #: Values: ``parameter``, the name of the number. For a sweep also the two ``values`` and ``load_factors``
-    #: at the largest decrease of λ, and ``fixed``, the values of the other numbers. For a sample also
-    #: ``rank_correlation``.
+    #: Values: ``parameter``, the name of the varied input, such as the friction. For a sweep also the two
+    #: ``values`` and ``load_factors`` at the largest decrease of λ, and ``fixed``, the values of the other
+    #: numbers. For a sample also ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
     #: Value: ``values``, numbers beyond the threshold at which the scene is also stable or carries the load.
     SEVERAL_THRESHOLDS = "several thresholds"

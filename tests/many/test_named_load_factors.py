@@ -8,7 +8,7 @@ from masonry_opt.studies.many.sweep import summary_text
 
 NOT_PROVEN = "lowest found (exact collapse states, not proven least)"
 UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
-PROVEN = "least, proven (exact collapse states; proven: no state is lower)"
+PROVEN = "least, proven (exact collapse states, proven to have the least load factors)"
 METHODS = [("coulomb", PROVEN), ("static", UPPER_BOUND)]
 
 #: Remark on a reaction beside which others may exist.

@@ -320,9 +320,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Restrict conditions (faces,), and return a proof that the program is infeasible.
+    """Return a proof that a linear program with the given conditions (faces,) held is infeasible, or None.
 
-    Return None if the program is feasible or HiGHS decides nothing.
+    Forces hold a condition at yield, and mechanisms hold a condition at rest. None means that the program is
+    feasible, or that HiGHS decides nothing.
     """
     try:
         return theory.refutes(conditions)

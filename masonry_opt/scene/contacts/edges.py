@@ -117,7 +117,7 @@ class FacingEdges(sides.Facing):
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the shared segment with its number, shape (points,)."""
+        """Return the distance of each point from the shared segment whose index is given, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 

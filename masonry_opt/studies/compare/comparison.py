@@ -184,7 +184,7 @@ def run_plan(
     without_best = sorted({*coulomb["scene"]} - {*best})
     if without_best:
         why = "no exact state is known, and no run searches for one: add 'coulomb' or 'mpec' to the methods"
-        notes.append(f"no gap to the best exact state is given on {', '.join(without_best)}: {why}")
+        notes.append(f"the gap to the best exact state is unknown for {', '.join(without_best)}: {why}")
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
     )

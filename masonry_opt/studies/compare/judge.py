@@ -243,7 +243,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) but need not maximise
-        # λ. Only the upper bound is valid for their load factors.
+        # λ, so that a load factor below the lower bound is not wrong.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"

@@ -93,7 +93,9 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
     name, equals, words = text.partition("=")
     parts = [_read(part.strip()) for part in words.split(":")]
     if not equals or not name.strip() or len(parts) != 3:
-        lognormals = "NAME=lognormal:MEAN:DEVIATION (a number, or 15% of the mean)"
+        lognormals = (
+            "NAME=lognormal:MEAN:DEVIATION (DEVIATION is a number, or a share of the mean such as 15%)"
+        )
         others = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
         raise OptionError(f"'{text}': write it as {lognormals}, {others}")
     return name.strip(), tuple(parts)  # type: ignore[return-value]

@@ -312,7 +312,7 @@ class Settlement(StudyAnswer):
         facts = {"case": self.case, "method": self.method, "settles": settles}
         if self.fallen:
             return facts | {
-                "reaction": f"unstable with every reaction ({self.status}): {self.fallen.message}"
+                "reaction": f"none makes the blocks stable ({self.status}): {self.fallen.message}"
             }
         if self.at_rest is not None:
             facts["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
@@ -409,7 +409,7 @@ class Settlement(StudyAnswer):
 
 
 def _bound_as_dict(end: Bound) -> dict[str, Any]:
-    """Return a limit reaction, the opening joints and the results as plain values."""
+    """Return the least or the greatest reaction, its opening joints and load factors, as plain values."""
     names = ("reaction", "answered_by", "incremental", "associative", "across_rest", "unlimited")
     values: dict[str, Any] = {name: getattr(end, name) for name in names}
     values["openings"] = records(end.openings)
