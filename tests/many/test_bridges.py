@@ -137,12 +137,11 @@ def test_a_sweep_of_a_bridge_equals_single_crossings(name, values):
 @pytest.mark.slow
 def test_a_sweep_by_the_default_method_equals_single_crossings():
     scene = small_bridge()
-    table = mo.sweep(scene, {"joints.friction": [0.3, 0.5]}, workers=1)
-    for value, run in zip([0.3, 0.5], table.to_dict("records"), strict=True):
-        alone = mo.crossing(scene.replace(friction=value))
-        assert run["load_factor"] == pytest.approx(alone.load_factor, rel=1e-6)
-        assert run["incremental"] == pytest.approx(alone.worst.incremental, rel=1e-6)
-        assert run["load_factor"] <= run["associative"] * (1 + 1e-6)
+    (run,) = mo.sweep(scene, {"joints.friction": [0.3]}, workers=1).to_dict("records")
+    alone = mo.crossing(scene.replace(friction=0.3))
+    assert run["load_factor"] == pytest.approx(alone.load_factor, rel=1e-6)
+    assert run["incremental"] == pytest.approx(alone.worst.incremental, rel=1e-6)
+    assert run["load_factor"] <= run["associative"] * (1 + 1e-6)
 
 
 @pytest.mark.slow

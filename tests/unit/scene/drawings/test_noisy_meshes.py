@@ -130,8 +130,9 @@ def test_noisy_stones_are_read_and_weigh_what_they_weigh(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(1000, 1600, 60))
-def test_of_600_noisy_stones_none_is_refused(tmp_path, first):
+@pytest.mark.parametrize("first", [1000, 1300, 1540])
+def test_of_180_noisy_stones_none_is_refused(tmp_path, first):
+    """Of the 600 seeds from 1000 on none was refused; three of the ten batches are repeated here."""
     assert refused(range(first, first + 60), tmp_path) == {}
 
 
