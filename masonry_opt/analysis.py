@@ -14,7 +14,7 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, TimeLimitError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
-from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
+from masonry_opt.methods.registry import DEFAULT, INCREMENTAL_METHOD, METHODS, HowToSolve
 from masonry_opt.methods.running import run_method, warn_if_long
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -33,7 +33,7 @@ from masonry_opt.solution.stopped import with_answer, without_answer
 from masonry_opt.solution.thresholds import FEW_STARTS, ZERO, same
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
-from masonry_opt.standing import INCREMENTAL_METHOD, DeadLoadCheck
+from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
@@ -163,7 +163,7 @@ class Session:
         None is returned if the incremental load factor is not asked for. The time is separate from that of
         the session's method. Load steps are reported if they are the first steps of this method too.
         """
-        if not self._check(assembly, effort).adds_incremental:
+        if not self.how.adds_incremental:
             return None
         method, problem = METHODS[INCREMENTAL_METHOD], assembly.problem
         not_run = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)

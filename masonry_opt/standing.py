@@ -12,7 +12,7 @@ import numpy as np
 from masonry_opt.effort import Effort
 from masonry_opt.methods.incremental.analysis import analysis_of
 from masonry_opt.methods.incremental.settings import IncrementalSettings
-from masonry_opt.methods.registry import METHODS, HowToSolve
+from masonry_opt.methods.registry import INCREMENTAL_METHOD, METHODS, HowToSolve
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
@@ -31,9 +31,6 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 #: instability.
 _MOST_JOINTS_AT_REST = 500
 
-#: Name of the method whose answer is the incremental load factor.
-INCREMENTAL_METHOD = "incremental"
-
 
 @dataclass(frozen=True)
 class DeadLoadCheck:
@@ -45,15 +42,9 @@ class DeadLoadCheck:
     effort: Effort
 
     @property
-    def adds_incremental(self) -> bool:
-        """Return True if the incremental load factor is computed in addition to that of the method."""
-        method = self.how.chosen
-        return self.how.incremental and not method.associative and method.name != INCREMENTAL_METHOD
-
-    @property
     def _follows_load_history(self) -> bool:
         """Return True if the analysis computes a load history, for its own load factor or another one."""
-        return self.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
+        return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
         """Return the solution of a scene that is unstable under its dead load; None if it is stable."""

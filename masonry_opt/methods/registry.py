@@ -72,6 +72,7 @@ _ALL = (
 METHODS = {method.name: method for method in _ALL}
 
 DEFAULT = "coulomb"  #: Name of the default method.
+INCREMENTAL_METHOD = "incremental"  #: Name of the method whose answer is the incremental load factor.
 
 #: Former names of methods, each with the text that names its present form.
 FORMER_METHODS = {
@@ -135,6 +136,11 @@ class HowToSolve:
     def kind(self) -> Kind:
         """Kind of answer that the method computes; results without an answer state it too."""
         return Kind.ASSOCIATIVE if self.chosen.associative else Kind.EXACT
+
+    @property
+    def adds_incremental(self) -> bool:
+        """True if the incremental load factor is computed in addition to that of the method."""
+        return self.incremental and not self.chosen.associative and self.chosen.name != INCREMENTAL_METHOD
 
     @cached_property
     def _has_own_limit(self) -> bool:

@@ -85,8 +85,10 @@ def test_the_check_of_2018_of_a_rocking_block():
 
 
 def test_the_demand_of_2018_is_the_largest_of_all_shorter_periods():
-    """Of 1 g at 1 s, falling to 0.2 g at 1.6 s: S T² is largest where 3 T = 2 · 1.75, at T = 1.1667 s, with
-    S = 1 − 0.1667/0.6 · 0.8 = 0.7778 g."""
+    """The spectrum falls from 1 g at 1 s to 0.2 g at 1.6 s.
+
+    S T² is largest where 3 T = 2 · 1.75, at T = 1.1667 s, with S = 1 − 0.1667/0.6 · 0.8 = 0.7778 g.
+    """
     spectrum = [(0.0, 0.2), (1.0, 1.0), (1.6, 0.2), (9.0, 0.01)]
     check = rocking(0.6, 3.0, steps=60).check(spectrum, code="NTC 2018 SLV")
     assert check.period > 1.6

@@ -8,7 +8,9 @@ How far can they be shifted before the stack falls under its own weight, and whi
 
 import masonry_opt as mo
 
-LENGTH, HEIGHT, COUNT = 1.0, 0.25, 4
+LENGTH = 1.0
+HEIGHT = 0.25
+COUNT = 4
 
 
 def stairs(shift: float) -> mo.Scene:

@@ -237,8 +237,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     facing_pairs = pairs[np.concatenate([shared.pair, contacts.pair, across.pair])]
     lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
     # A joint at corners is made only for blocks without facing sides.
-    is_lost = np.array([tuple(pair) in lost for pair in pairs.tolist()], dtype=bool)
-    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost[at_corners.pair])
+    is_lost = np.array([tuple(pair) in lost for pair in pairs[at_corners.pair].tolist()], dtype=bool)
+    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):

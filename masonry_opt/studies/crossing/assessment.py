@@ -55,7 +55,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
             answer.default.load_factor
         )
     known = {name: value for name, value in named.items() if value is not None}
-    # Of equal load factors the last one is named, so that a proven bound is named rather than the answer.
+    # If several load factors are equally low, the last one gives the name: a bound comes after the answer.
     least = min(known.values(), default=None)
     name = next((name for name, value in reversed(known.items()) if value == least), "")
     if least is not None and least < required and not same(least, required):

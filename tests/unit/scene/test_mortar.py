@@ -51,7 +51,7 @@ FLOOR = rectangle("floor", (-2, 6), (-1, 0), fixed=True)
 @IN_BOTH
 @pytest.mark.parametrize("tolerance", [0.01, 0.0101, 0.015])
 def test_bricks_with_mortar_have_all_their_joints(shaped, tolerance: float) -> None:
-    """The same solids gave λ; the gap may be exactly as wide as the contact tolerance."""
+    """λ is that of the bricks as solids. A gap exactly as wide as the contact tolerance is closed too."""
     scene = shaped(WALL.replace(contact_tolerance=tolerance))
     found = contacts_of(scene)
     assert (len(found.first), found.gaps, found.lost) == (53, {}, {})
