@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from loads.settling_programs import exact_load_factors, reactions
 from scenes import values_of
-from second_program import bounds
+from second_program import bounds, random_of_any_kind
 
 import masonry_opt as mo
 from masonry_opt.methods.incremental.settings import IncrementalSettings
@@ -53,6 +53,19 @@ def test_rubble_that_carries_any_multiple_by_statics(monkeypatch):
     assert values_of(result, Code.GROWS) is not None
     assert values_of(result, Code.CARRIES_ANY) is not None
     assert not result.infeasibility.proven
+
+
+@pytest.mark.parametrize(("seed", "load_factor"), [(1400437, 9.4690644611), (1400488, 3.5184944221)])
+def test_states_of_scenes_whose_statics_carry_any_multiple(seed, load_factor):
+    """The load history from rest has no limit, but the scene has exact states.
+
+    The load factors are those of a mixed-integer program (``claims.other_state``). Neither the load history
+    nor the associative load factor leads to a state, so the proof of the least finds it.
+    """
+    result = mo.solve(random_of_any_kind(seed))
+    assert result.at_incremental.reasons[0].code is Code.UNBOUNDED
+    assert result.exact
+    assert result.load_factor == pytest.approx(load_factor, rel=1e-9)
 
 
 def test_a_pier_that_settles_below_zero():

@@ -75,6 +75,11 @@ class ProofBudget:
     #: Time limit of the proof in seconds, which is reached only if linear programs are very slow.
     seconds: float = 30.0
 
+    #: If neither an exact state nor the associative load factor is known, states are searched for up to this
+    #: multiple of the last load factor of the load history. With a smaller multiple states above the load
+    #: history are missed; with a very large multiple rounding errors leave more searches undecided.
+    load_range: float = 10.0
+
     #: With option ``search`` the search for lower load factors and the proof alternate: this is the number of
     #: linear programs of the first period, and each later period is twice as long. With a smaller number a
     #: proof comes sooner, but more work is repeated.

@@ -165,7 +165,8 @@ class LeastProven:
         from masonry_opt.methods.bounds.least import LeastProof
 
         known = run.answer if run.answer is not None and run.answer.exact else None
-        search = LeastProof(run.task, known, run.known.associative)
+        upper = self._upper_bound(run)
+        search = LeastProof(run.task, known, upper)
         try:
             search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
         finally:
@@ -174,13 +175,27 @@ class LeastProven:
                 run.states.lower_to(search.best)
         if search.best is not None:
             run.proof = search.proof
-        run.note = self._note(search)
+        run.note = self._note(search, upper)
 
     @staticmethod
-    def _note(search: "LeastProof") -> str:
+    def _upper_bound(run: CoulombRun) -> float | None:
+        """Return the load factor up to which states are searched for if no exact state is known.
+
+        This is the associative load factor. If forces within friction can carry any multiple of the live
+        load, it is a multiple of the last load factor of the load history.
+        """
+        assert run.incremental is not None
+        history = run.incremental.load_history
+        if run.known.associative is not None or history is None:
+            return run.known.associative
+        return run.budget.load_range * history.steps[-1].load_factor
+
+    @staticmethod
+    def _note(search: "LeastProof", upper: float | None) -> str:
         """Return text for the log on how the search ended."""
         if search.proof is not None:
-            return f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
+            proven = f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
+            return proven if search.best is not None else f"no state up to λ = {upper:.6g}, {proven}"
         return f"not proven: {search.why}" if search.why else f"not proven by {search.programs} programs"
 
 

@@ -36,11 +36,6 @@ class SearchSettings:
     #: lower λ more often and take proportionally longer.
     starts_in_space: int = 6
 
-    #: In space, weights of the energy relative to λ that each further start of the default method uses one
-    #: after the other. Fewer weights take proportionally less time. If the weights increase faster, the load
-    #: factors found are higher.
-    weights_in_space: tuple[float, ...] = (3.0, 10.0, 30.0, 1e2, 1e4)
-
     #: Number of contacts in space above which the default method takes only one additional start, from the
     #: forces of the state with the lowest load factor. With more contacts, starts from random forces would
     #: take longer than all other steps.
@@ -90,9 +85,10 @@ class SearchSettings:
     #: smaller weights λ is lower; with larger weights less energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights of the alternation in space. If a series finds no state, the next series is tried.
-    #: With slowly increasing weights λ is lower. Weights that are large from the beginning keep the forces
-    #: near the first ones, which helps on many rings of wedges.
+    #: Series of weights of the alternation in space. If a series finds no state, the next series is tried;
+    #: the further starts of the default method use only the first series. With slowly increasing weights λ is
+    #: lower. Weights that are large from the beginning keep the forces near the first ones, which helps on
+    #: many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),
