@@ -65,7 +65,7 @@ class CvxpyMotion:
 
 
 class CvxpyDrivenMotion:
-    """Program for a mechanism that a load factor of at most λ can drive.
+    """Program for a mechanism that the live load can drive at a load factor of at most λ.
 
         Bᵀ d = D(tan ψ) p,    f_L·d = Σ|f_L|,    p ≥ 0,    e·p − f_D·d ≤ λ Σ|f_L|
 
@@ -119,9 +119,9 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """Program for a motion that gains energy.
+    """Program for a motion that proves that given yield conditions cannot all be active.
 
-    If such a motion exists, no forces bring all given conditions to yield.
+    If a motion gains energy, no forces bring all given conditions to yield.
 
         min  Σ r    s.t.    Bᵀ d = C(μ)ᵀ (p − r),    f_L·d ≥ 0,    f_D·d − c·(p − r) = 1,    p ≥ 0,
         0 ≤ r ≤ most

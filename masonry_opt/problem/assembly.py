@@ -75,7 +75,7 @@ class Assembly:
 
     @property
     def joint(self) -> np.ndarray:
-        """Return the index of the scene's joint that contains each joint of the problem, shape (c,).
+        """Return, for each joint of the problem, the index of the scene's joint to which it belongs.
 
         The indices are in ascending order. In space the problem's joints are contact points, and a joint of
         the scene has several.
@@ -89,7 +89,7 @@ class Assembly:
 
     @property
     def of_point(self) -> np.ndarray:
-        """Return, for each contact point, the index of the problem's joint that contains it."""
+        """Return, for each contact point, the index of the problem's joint to which it belongs."""
         of_point = np.empty(len(self.joints.joint), dtype=int)
         of_point[self.pressed] = np.arange(self.problem.joints)
         return of_point

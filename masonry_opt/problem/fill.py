@@ -261,7 +261,7 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
         pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
-        # Fill spreads loads to blocks at some distance, so long pieces are divided too.
+        # If fill spreads loads to distant blocks, the road is also divided into equal parts.
         evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
         self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 

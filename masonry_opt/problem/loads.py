@@ -408,11 +408,13 @@ def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixe
     """Return the CaseError for an edge load whose line touches no free edge of a movable block."""
     load = scene.edge_loads[number - 1]
     if movable:
-        why = "other blocks cover the edges on its line; load a free edge, or add a [[load]] on a block"
+        why = "other blocks cover the edges on this line; load a free edge, or add a [[load]] on a block"
     elif fixed:
-        why = "all edges on its line belong to fixed blocks, which carry no load; load a movable block"
+        why = "all edges on this line belong to fixed blocks, which carry no load; load a movable block"
     else:
-        why = "no block has an edge on its line; choose points of an edge, raise 'tolerance', or use [[load]]"
+        why = (
+            "no block has an edge on this line; choose points of an edge, raise 'tolerance', or use [[load]]"
+        )
     return CaseError(
         f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its line, of "
         f"length {length:.6g}, touches no free edge of a movable block: {why}"

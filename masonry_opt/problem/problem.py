@@ -356,7 +356,7 @@ class Problem(ProblemParts):
             If the velocities or the slope are not numbers, or have another shape.
         """
         slope = per_joint("slope", slope, len(self.sliding))
-        motion = self.motion(vector("d", d, self.B.shape[0], "the velocities of all movable blocks"))
+        motion = self.motion(vector("d", d, self.B.shape[0], "velocities of all movable blocks"))
         opening = self.at_points(motion)
         slides = self.layout.rates(self.shears(motion)[:, self.sliding])
         opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
@@ -422,7 +422,7 @@ class ShearLimits:
 
     @classmethod
     def true(cls, problem: Problem) -> "ShearLimits":
-        """Return the shear limits by the joints' own friction and cohesion.
+        """Return the shear limits that follow from the joints' own friction and cohesion.
 
         A flow normal to these limits is associative (C = D).
         """

@@ -11,11 +11,12 @@ class Kind(StrEnum):
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
-    #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces by
-    #: exact Coulomb friction fit the mechanism of the loop. Otherwise it is the solution of the last
-    #: sub-problem, with two errors. The friction limits of a sub-problem are computed from the normal forces
-    #: of the previous sub-problem, so the yield residual reaches a tenth of a block's weight on the walls of
-    #: Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds to the flow residual.
+    #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces
+    #: with exact Coulomb friction are compatible with the mechanism of the loop. Otherwise it is the solution
+    #: of the last sub-problem, with two errors. The friction limits of a sub-problem are computed from the
+    #: normal forces of the previous sub-problem, so the yield residual reaches a tenth of a block's weight on
+    #: the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds to the flow
+    #: residual.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
     #: violate the yield conditions by up to half of the largest force on a block. The limit applies to each
@@ -76,10 +77,10 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Largest relative difference at which ``check`` counts two load factors as equal.
+#: Largest relative difference at which the command ``check`` counts two load factors as equal.
 AGREEMENT = 1e-7
 
-#: Largest residual of an answer that ``check`` accepts.
+#: Largest residual at which the command ``check`` accepts an answer.
 DUALITY = 1e-6
 
 #: Largest violation of complementarity (z·p, divided by |λ|) at which method "loop" accepts the forces and
@@ -123,7 +124,8 @@ ROUNDING = 1e-11
 #: weight over a unit of length.
 MARGIN_ENERGY = 1e-4
 
-#: Smallest divisor |λ| of differences and residuals. It replaces |λ| if |λ| is smaller.
+#: Smallest value of |λ| by which differences and residuals are divided. If |λ| is smaller, this value
+#: replaces it.
 SMALLEST = 1e-2
 
 

@@ -77,7 +77,7 @@ def certify(
 
 
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
-    """Return the largest force (a load, n or s) that acts on each block, shape (b,).
+    """Return the largest force that loads and joints exert on each block, shape (b,).
 
     The value is at least ``_SMALLEST_FORCE``, a share of the live load at collapse.
     """
@@ -156,7 +156,7 @@ class Answer(FinalState):
     d: np.ndarray  #: block velocities, shape (3b,)
     slope: np.ndarray  #: opening per unit slip by the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
-    residuals: dict[str, float]  #: residuals by the names of their limits in ``Limits``
+    residuals: dict[str, float]  #: residuals, keyed by the names of their limits in ``Limits``
 
     __repr__ = brief
 

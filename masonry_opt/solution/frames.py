@@ -99,9 +99,9 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
 
 
 def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a table of the method's steps.
+    """Return a table with one row for each step of the method.
 
-    Each step of a load history lists the joints that begin to slide, open or stick.
+    Rows of a load history list the joints that begin to slide, open or stick in the step.
     """
     steps = solution.history
     if not steps or not isinstance(steps[0], LoadStep):
@@ -190,8 +190,8 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     pressed = n > IDLE * np.nanmax(n, initial=0.0)
     share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
     acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
-    # Torsion is the moment about the point of action. If the joint is not pressed, it is the moment about the
-    # centroid.
+    # The torsion of a joint is measured at the point of action of its resultant, or at its centroid if the
+    # joint is not pressed.
     about = np.where(pressed[:, None], acts, middle)[joint]
     torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
     motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)

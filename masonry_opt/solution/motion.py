@@ -18,7 +18,7 @@ class JointMotion:
     """Joints that slide, hinge, separate or crush in a mechanism."""
 
     slides: np.ndarray  #: True if a joint slips while its sides touch and it does not crush, shape (joints,).
-    #: True if a joint rotates open about one edge (in space, about the points that still touch), shape
+    #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
     #: (joints,).
     hinges: np.ndarray
     #: Point about which the joint hinges: an edge or a corner (in space, the mean of the touching points).

@@ -96,8 +96,8 @@ class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
     bound: float  #: load factor up to which the proof excludes all collapse states
-    #: Lowest load factor of the exact states found, for information only. The proof is about the bound;
-    #: :func:`masonry_opt.check_proof` only checks that this load factor exceeds the bound.
+    #: Lowest load factor of the exact states found, for information only. The proof is about the bound:
+    #: ``mo.check_proof`` only checks that this load factor exceeds the bound.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
     #: Conflicts with their multipliers; no assignment satisfies all their clauses.
@@ -183,8 +183,12 @@ class Proof:
         try:
             return cls._from_table(table)
         except (KeyError, TypeError, ValueError) as error:
-            damage = f"key {error} is missing" if isinstance(error, KeyError) else f"damaged ({error})"
-            raise CaseError(f"{path}: {damage}: write the proof again with Proof.save") from None
+            damage = (
+                f"key {error} is missing" if isinstance(error, KeyError) else f"a value is wrong: {error}"
+            )
+            raise CaseError(
+                f"{path}: not a complete proof ({damage}): write the proof again with Proof.save"
+            ) from None
 
     @classmethod
     def _from_table(cls, table: dict[str, Any]) -> Self:

@@ -110,8 +110,9 @@ class Code(StrEnum):
     # that exceed their limits.
     NOT_CERTIFIED = "not certified"
 
-    # The loop ended above the associative load factor, which is the result. Value: ``by``, the difference of
-    # the two load factors. This code and the next ones belong to the loop of linear programs.
+    # The loop ended above the associative load factor, so the associative load factor is the result. Value:
+    # ``by``, the difference of the two load factors. This code and the next ones belong to the loop of linear
+    # programs.
     ABOVE_ASSOCIATIVE = "above associative"
     # The associative answer already satisfies the flow rule, so the loop stops. There are no values.
     FLOW_RULE_IDLE = "flow rule idle"
@@ -132,8 +133,8 @@ class Code(StrEnum):
     # The loop was repeated with other options. Values: ``first``, status of the first run; ``remedies``, the
     # options that were changed in the repeated runs; ``in_vain``, True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
-    # Some sub-problem of the loop has a load factor that its own state verifies. Value: ``load_factor``, the
-    # lowest such λ, or None.
+    # The loop reports the lowest load factor of a sub-problem that the sub-problem's own state verifies.
+    # Value: ``load_factor``, this load factor, or None without such a sub-problem.
     LEAST_BORNE_OUT = "least borne out"
 
     # The load history of the incremental analysis ends in an exact state. Values: ``steps`` and ``jumps``,
@@ -179,12 +180,13 @@ class Code(StrEnum):
     # ``count``, the number of different exact states; ``least`` and ``most``, the smallest and largest of
     # their load factors.
     STATES_MET = "states met"
-    # All starts led to one load factor, but they are few. Value: ``candidates``, the number of starts.
+    # All starts led to one load factor, but there were only few starts. Value: ``candidates``, the number of
+    # starts.
     FEW_STARTS = "few starts"
     # The search for lower load factors has ended. Values: ``candidates``, the number of starts;
     # ``interrupted``, True if the user ended the search.
     SEARCHED = "searched"
-    # No exact state was found near the forces of another method.
+    # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
     # The search ended before it found an exact state.
     NO_TIME = "no time"
@@ -198,13 +200,13 @@ class Code(StrEnum):
     WITHIN_IMPOSED = "within imposed"
     # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time ended before the bounds agreed. An additional value is ``time_limit``, in seconds.
+    # The time limit was reached before the bounds agreed. An additional value is ``time_limit``, in seconds.
     OUT_OF_TIME = "out of time"
-    # The time ended before the bounds agreed, and the bound assumes limits of rates or forces. An additional
-    # value is ``time_limit``, in seconds.
+    # The time limit was reached before the bounds agreed, and the bound assumes limits of rates or forces. An
+    # additional value is ``time_limit``, in seconds.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
-    # The time ended before an exact state was found, so there is no upper bound. Value: ``time_limit``, in
-    # seconds.
+    # The time limit was reached before an exact state was found, so there is no upper bound. Value:
+    # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 
     # λ has decreased to zero in the finite motion of a mechanism. This code and the next ones name events of

@@ -33,8 +33,8 @@ _FAR_DISTANCE_RATIO = 10.0
 #: cause no warning. Below this ratio, unit weights are compared with typical values of masonry and earth.
 _OTHER_UNITS = 300.0
 
-#: Ratio of weights per area above which they are compared with typical values, if blocks are given by their
-#: weights. In the plane, different thicknesses of blocks can cause smaller ratios.
+#: Ratio of two weights per area above which the weights are compared with typical values, for blocks that are
+#: specified by their weight. In the plane, different thicknesses of blocks can cause smaller ratios.
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads, above which their units

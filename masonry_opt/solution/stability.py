@@ -162,7 +162,8 @@ def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
         try:
             outward_and_offset = ConvexHull(points).equations
         except QhullError:
-            # The points are nearly collinear, so the joint has no area and no distance from its edge.
+            # The points are nearly collinear, so the joint has no area in which to measure distances from its
+            # edges.
             measured.append((np.inf, np.inf))
             continue
         reach = -outward_and_offset[:, 2]

@@ -49,14 +49,14 @@ SAME = 1e-6
 #: limit of exact states.
 LOWER = 1e-8
 
-#: Size up to which a load factor counts as zero.
+#: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
 #: Number of starts below which equal load factors count as weak evidence, which a message states.
 FEW_STARTS = 8
 
-#: Ratio of the works of live load and dead load above which a message states that the mechanism moves against
-#: the live load.
+#: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves
+#: against the live load.
 APART = 1e-2
 
 #: Smallest difference of load factors within a narrow interval that counts as a jump, relative to the largest

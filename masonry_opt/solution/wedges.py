@@ -56,7 +56,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # Error in the position of a corner that turns the shorter of the two joints by the angle between them.
+    # Error in the position of a corner that would turn the shorter of the two joints by the angle between
+    # them.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)

@@ -127,7 +127,7 @@ def has_optimum(
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Largest magnitude of an entry; rows, and then columns, with larger entries are scaled down to this
+#: Largest magnitude of an entry. Rows, and then columns, with a larger entry are scaled down to this
 #: magnitude. The value is the geometric mean of 1 and a friction coefficient of 1e6. Scaling either of these
 #: two to one would lose digits of the other.
 _LARGE_ENTRY = 1e3

@@ -180,11 +180,13 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
         entry = SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
-        others = "; or any other that CVXPY finds installed" if language == "cvxpy" else ""
+        others = ", or any solver installed for CVXPY" if language == "cvxpy" else ""
         near = did_you_mean(name, known) or f"; choose from: {', '.join(known)}{others}"
         raise OptionError(f"solver '{name}' is unknown for model '{language}'{near}")
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
-        raise OptionError(f"solver '{name}' needs CasADi, which contains IPOPT: pip install '.[mpec]'")
+        raise OptionError(
+            f"solver '{name}' needs CasADi, which contains IPOPT: install it with pip install '.[mpec]'"
+        )
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)

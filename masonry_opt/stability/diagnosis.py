@@ -250,7 +250,7 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """Return a problem whose dead load is the live load, scaled to Σ|f| = 1, and which has no live load.
+    """Return a problem whose only load is the live load, declared as dead load and scaled to Σ|f| = 1.
 
     ``slope`` is the slope of the shear limits, shape (k,). Cohesion, strength and finite force limits are
     zero.
@@ -366,7 +366,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """Return the smallest stable and the largest unstable factor on all friction coefficients found.
+    """Return the smallest stable and the largest unstable factor on all friction coefficients.
 
     The first factor is None if the scene is stable with no factor that was tried. The search squares the
     factor until the scene is stable, and then bisects on a logarithmic scale.
@@ -396,7 +396,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given movable blocks that no chain of joints supports from below.
+    """Return the given movable blocks that no chain of joints supports from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.
@@ -410,8 +410,8 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
     # Each edge of the graph leads from a supporting block to the block above it. Further edges lead from an
-    # extra node (number ``count``) to all supports. Supports that can rotate are movable blocks here, and are
-    # added.
+    # extra node (number ``count``) to all supports. Supports that can rotate are modelled as movable blocks
+    # with restraining forces, so they are added.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)

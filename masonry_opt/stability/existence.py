@@ -42,8 +42,8 @@ _RAYS_UP_TO = 2000
 #: Largest number of joints for which branch and cut is tried.
 _CUTS_UP_TO = 100
 
-#: Largest product of the numbers of programs and joints; branch and cut then stops without a proof. Random
-#: scenes in which joints jam need 5 to 400 programs, and some up to 3300.
+#: Largest product of the number of programs and the number of joints. Beyond this product, branch and cut
+#: stops without a proof. Random scenes in which joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
 #: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
@@ -60,7 +60,7 @@ _TO_BLAME = 1e-9
 #: Number of latest cuts that determine the next face for branching: the face that most of them contain.
 _OF_LATE = 200
 
-#: Value of a face in a choice of moving faces: it is open whether the face moves.
+#: Value of a face in a choice of moving faces: it is not decided whether the face moves.
 _OPEN = -1
 
 #: Value of a face in a choice of moving faces: the face does not move.
@@ -79,7 +79,7 @@ class _Undecided(Exception):
 
 
 class Cuts:
-    """Branch and cut that excludes all Coulomb states with λ ≥ 0 of a stable scene.
+    """Branch-and-cut search that tries to exclude all Coulomb states with λ ≥ 0 of a stable scene.
 
     The problem is in units of its load.
 
@@ -141,11 +141,11 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # No proof exists by this choice, because its moving faces can be at yield in one state.
+                # The proof fails, because the moving faces of this choice can all be at yield in one state.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # Branch on the face that most of the latest cuts contain, which makes the search short.
+                # Branch on the face that most of the latest cuts contain. This choice keeps the search short.
                 blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
