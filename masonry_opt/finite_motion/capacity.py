@@ -117,7 +117,7 @@ def capacity(
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= _LEAST_RATE * rates.max():
-        raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
+        raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
     return curve
 
 
@@ -349,16 +349,18 @@ class Capacity:
         """
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
-            needed = "a horizontal earthquake of 1 g: set its coefficient to 1 and omit the vertical part"
-            raise OptionError(f"{case}: the check needs {needed}")
+            needed = (
+                "the check needs a horizontal earthquake of 1 g: set 'coefficient' to 1 and omit 'vertical'"
+            )
+            raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(f"{case}: there is no curve to check: {self.message}")
         share = self._share_of_weight() if quake is None else None
         if share is not None:
-            needed = "a horizontal live load on every mass, equal to its weight"
+            needed = "the check needs a horizontal live load on every mass, equal to its weight"
             found = f"this live load is {share:.3g} times the weight of the loaded blocks, or not horizontal"
-            ways = "'live_per_weight = [1, 0]' or a horizontal [earthquake]"
-            raise OptionError(f"{case}: the check needs {needed}: {found}: use {ways}")
+            ways = "use 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
+            raise OptionError(f"{case}: {needed}: {found}: {ways}")
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}

@@ -82,7 +82,7 @@ class EdgePath:
         if slides.any():
             pairs = assembly.pairs_of(np.flatnonzero(slides))
             sliding = some([f"'{first}'–'{second}'" for first, second in pairs])
-            raise OptionError(f"{refused}, but joints slide: {sliding}")
+            raise OptionError(f"{refused}: here joints slide: {sliding}")
         moving = moving_blocks(assembly, d)
         self.turns[assembly.movable[moving]] = True
         self.round = self.turns[joints.first] != self.turns[joints.second]
@@ -99,7 +99,7 @@ class EdgePath:
         deviation = lengths(velocities(assembly, d, corners[1], corners[0]) - rigid).max()
         tolerance = _ROTATION_TOLERANCE * fastest(assembly, d)
         if length <= _ROTATION_TOLERANCE * size or deviation > tolerance:
-            raise OptionError(f"{refused}, but here several bodies move, or a body rotates about a point")
+            raise OptionError(f"{refused}: here several bodies move, or a body rotates about a point")
 
     def _poses(self, angle: float) -> np.ndarray:
         """Return the poses of all blocks and of the ground after a rotation of the body by an angle.

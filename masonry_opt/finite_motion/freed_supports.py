@@ -145,7 +145,7 @@ def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -
 
 
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
-    """Return the scene with movable supports that live forces push, without any other live load."""
+    """Return the scene with movable supports, on which the only live loads act."""
     zero = (0.0,) * scene.dimension
     live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
     of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}

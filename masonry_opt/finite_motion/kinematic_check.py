@@ -102,18 +102,18 @@ class KinematicCheck:
     def __str__(self) -> str:
         linear = f"a_0 = {self.onset:.4f} g, a*_0 = {self.acceleration:.4f} g"
         if self.demand_acceleration is None:
-            linear += ": the code has no linear check in this limit state"
+            linear += " (the code has no linear check in this limit state)"
         else:
-            verdict = "holds" if self.linear else "does not hold"
-            linear += f" against {self.demand_acceleration:.4f} g: {verdict}"
-        non_linear = "holds" if self.non_linear else "does not hold"
+            verdict = "satisfied" if self.linear else "not satisfied"
+            linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
+        non_linear = "satisfied" if self.non_linear else "not satisfied"
         short = "" if self.complete else " (the curve ends before λ = 0, so the true d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "check": self.code,
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": linear,
-            "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
+            "non-linear": f"d*_u = {used}, demand {demanded} at T_s = {self.period:.4g} s: {non_linear}",
             "rests on": f"{self.rests_on}; if a lower λ exists, the linear or non-linear check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
@@ -279,6 +279,7 @@ def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.n
     rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
         raise OptionError(
-            "a spectrum is a list of pairs: period (s), increasing from 0, and acceleration (g), not negative"
+            "the spectrum must be a list of pairs: period (s) that increases from 0, and acceleration (g) "
+            "of 0 or more"
         )
     return pairs[:, 0], pairs[:, 1]

@@ -46,8 +46,8 @@ _PROBE_STEP = 1e-5
 _MOST_PATH_STATES = 2000
 #: Largest number of consecutive events in one position. After more events, the mechanism counts as locked.
 _MOST_EVENTS = 20
-#: Singular value, relative to the largest one, below which it counts as zero. Joints that share a hinge make
-#: the equations linearly dependent.
+#: Ratio of a singular value to the largest one below which the singular value counts as zero. Joints that
+#: share a hinge make the equations linearly dependent.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step.
 _NEWTON_ITERATIONS = 12
@@ -442,7 +442,7 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # A joint with a length that touches in only one corner is open by an angle. A negative angle means
+        # A joint that touches in only one of its two corners is open by an angle. A negative angle means
         # overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)

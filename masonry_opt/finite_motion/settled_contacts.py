@@ -35,7 +35,7 @@ _LARGEST_GAP = SEPARATES
 #: Largest slip of a hinge, relative to the largest movement of a point. A larger slip raises an error,
 #: because the mechanism then differs from that of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Singular value, relative to the largest one, below which it counts as zero.
+#: Ratio of a singular value to the largest one below which the singular value counts as zero.
 _SINGULAR = 1e-10
 
 
@@ -163,9 +163,9 @@ class Contacts:
         return poses[body]
 
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
-        """Return the poses of all bodies after a share of the movement of their reference points.
+        """Return the poses of all bodies after a given share of the movement.
 
-        Each reference point moves along a straight line.
+        The reference point of each body moves along a straight line.
 
         The reference point of a body is the centroid of its support, or of its largest block.
         """
@@ -281,7 +281,7 @@ class Contacts:
         return kept, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
 
     def _slid(self, moved: Joints, kept: np.ndarray, poses: np.ndarray) -> Joints:
-        """Return the displaced joints with the lengths that are still shared after sliding."""
+        """Return the displaced joints, shortened to the length along which blocks touch after sliding."""
         point = moved.point.copy()
         for number in np.flatnonzero(self.slides[kept] & (moved.extent > 0)):
             joint = kept[number]

@@ -26,7 +26,7 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Required form of the movements of supports, for error messages.
-_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+_FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
 #: Largest number of times that a movement is halved in the search for a movement that the blocks can follow.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
@@ -99,9 +99,9 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         pairs = list(settled.items() if isinstance(settled, Mapping) else settled)
         names = [name for name, _ in pairs]
     except (TypeError, ValueError):
-        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None
+        raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})") from None
     if not names:
-        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})")
+        raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})")
     supports_of(scene, names)
     movements: dict[str, tuple[float, float, float]] = {}
     for name, movement in pairs:
@@ -110,8 +110,8 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         except (TypeError, ValueError):
             numbers = ()
         if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)) or not any(numbers):
-            needs = "needs finite numbers (x, y) or (x, y, rotation), not all of them zero"
-            raise OptionError(f"{scene.origin}: 'settled': support '{name}' {needs} (found {movement!r})")
+            needs = "the movement needs finite numbers (x, y) or (x, y, rotation), not all of them zero"
+            raise OptionError(f"{scene.origin}: 'settled': support '{name}': {needs} (found {movement!r})")
         movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
     return movements
 
@@ -152,7 +152,7 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
 
 
 def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: Solution) -> float:
-    """Return the factor by which the mechanism's velocities become the given movements of the supports.
+    """Return the factor that scales the mechanism's velocities to the given movements of the supports.
 
     ``motions`` are the movements in the units of the problem, shape (k, 3). Raises OptionError if the
     supports do not move in the mechanism.
