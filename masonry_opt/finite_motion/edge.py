@@ -22,9 +22,9 @@ from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, ve
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import same
 
-#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. It is relative to the
-#: speed of the fastest corner and to the size of the scene. With a larger value, more mechanisms count as
-#: such rotations.
+#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. The deviation is
+#: relative to the speed of the fastest corner and to the size of the scene. With a larger value, more
+#: mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
 #: Relative distance of the last angle of a path from an angle at which λ grows without bound.
 _POLE_DISTANCE = 1e-3

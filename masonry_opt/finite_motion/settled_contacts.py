@@ -149,7 +149,7 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # The rates of a body are those of its largest block. Supports and fixed blocks have priority.
+        # A body has the rates of its largest block, or of a support or fixed block if it contains one.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:

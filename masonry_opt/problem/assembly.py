@@ -22,7 +22,7 @@ from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_propert
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: Attributes of a scene that determine the equilibrium matrices. If one of them changes, the matrices are
+#: Attributes of a scene that determine the equilibrium matrices. If an attribute changes, the matrices are
 #: assembled again.
 _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
 #: Attributes of a scene that determine the loads, but not the matrices. All remaining attributes are joint
@@ -47,7 +47,7 @@ class Assembly:
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
-    #: Limited forces, such as those of ties, in the order of their columns in B.
+    #: Forces with limits, such as the forces of ties, in the order of their columns in B.
     limited: tuple[LimitedForce, ...] = ()
     at_rest: "Assembly | None" = None  #: assembly before the supports settled; None if no support has settled
 

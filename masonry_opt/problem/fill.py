@@ -103,7 +103,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
 
 
 def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
-    """Split a piece of an edge where it meets the backing of a fill, and yield the parts with their zones.
+    """Split a piece of an edge at the backing of a fill, and yield the parts with their zones.
 
     The piece is cut where the upper line of the backing bends, ends or crosses the piece.
     """

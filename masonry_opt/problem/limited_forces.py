@@ -117,7 +117,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         if length <= shapes.tolerance:
             raise CaseError(
                 f"{scene.origin}: {role} between {list(strut.between)}: the distance of its ends is below "
-                f"the tolerance, {shapes.tolerance:.3g}: give two distinct points"
+                f"the tolerance, {shapes.tolerance:.3g}: use two distinct points"
             )
         towards = (along if role is Role.TIE else -along) / length
         actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))

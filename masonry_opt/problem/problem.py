@@ -30,7 +30,7 @@ class State:
     __repr__ = brief
 
 
-#: Attributes that are constants of a compiled program. If one of them differs, a problem needs another
+#: Attributes that are constants of a compiled program. If an attribute differs, a problem needs another
 #: program.
 _PROGRAM_CONSTANTS = ("dead", "live", "settled", "crushing_force", "lowest", "highest")
 

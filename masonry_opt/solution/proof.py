@@ -31,7 +31,7 @@ REACH = 1e6
 
 @dataclass(frozen=True, eq=False)
 class StaticConflict:
-    """Yield conditions that cannot all be at yield in a state with a load factor from 0 to the bound.
+    """Set of yield conditions that cannot all be at yield in a state with a λ from 0 to the bound.
 
     The multipliers are a motion with Bᵀd = C(μ)ᵀp and p ≥ 0 on all other conditions. Every state of
     equilibrium satisfies z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so
@@ -52,7 +52,7 @@ class StaticConflict:
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Yield conditions of which at least one moves in every mechanism with a λ from 0 to the bound.
+    """Set of yield conditions: in every mechanism with a λ from 0 to the bound, at least one moves.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0

@@ -55,8 +55,8 @@ class Code(StrEnum):
     """
 
     # The scene has no live load and is stable. Values: ``unique``, True if equilibrium alone fixes the joint
-    # forces; ``elastic``, True if the forces are those of elastic contacts under the dead load, False if they
-    # are the solution of a linear or cone program.
+    # forces; ``elastic``, True if elastic contacts determine the forces, False if a linear or cone program
+    # does.
     CARRIED = "carried"
     # The scene is unstable under its dead load. Value: ``blocks``, the blocks that fall.
     FALLS = "falls"

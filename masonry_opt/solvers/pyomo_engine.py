@@ -43,7 +43,7 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Record later solves in another effort, and let the next solve start without an earlier basis."""
+        """Record later solves in another effort, and start the next solve without an earlier basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model

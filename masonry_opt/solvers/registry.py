@@ -193,7 +193,7 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return the solver with the larger of its own tolerance and the given tolerance."""
+    """Return the solver with a given tolerance, or with its own tolerance if that is larger."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 

@@ -60,7 +60,7 @@ _TO_BLAME = 1e-9
 #: Number of latest cuts that determine the next face for branching: the face that most of them contain.
 _OF_LATE = 200
 
-#: Value of a face in a choice of moving faces: it is not decided whether the face moves.
+#: Value of a face in a choice of moving faces: the motion of the face is not decided yet.
 _OPEN = -1
 
 #: Value of a face in a choice of moving faces: the face does not move.
@@ -192,7 +192,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Add a cut of faces, all among ``still``, of which at least one moves in every mechanism."""
+        """Add a cut of faces from ``still``: in every mechanism, at least one of its faces moves."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
