@@ -55,7 +55,7 @@ _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISIN
 #: Coefficients of the chords between neighbouring knots.
 CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
-#: Largest relative error of a moment limit by chords instead of the parabola. The error is largest at the
+#: Largest relative error of the moment limit if chords replace the parabola. The error is largest at the
 #: chords next to the vertex.
 MISSED = 0.0065
 
@@ -131,8 +131,8 @@ class Layout:
     """
 
     #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1). In
-    #: the plane the senses are +1 and −1. In space they are directions at equal angles; the first is half an
-    #: angle from the joint's tangent.
+    #: the plane the senses are +1 and −1. In space they are directions at equal angles; the angle between the
+    #: joint's tangent and the first direction is half as large.
     senses: np.ndarray
     factor: float = 1.0  #: shear that is available in each sense, divided by the shear limit c + μ n
     #: Name of the friction polygon in results; empty in the plane, where friction needs no polygon.

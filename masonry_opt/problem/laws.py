@@ -145,7 +145,7 @@ class Parabola(Chords):
 
 
 class Forms(NamedTuple):
-    """The class that evaluates the friction law, and the class that evaluates the strength law."""
+    """Pair of classes: the first evaluates the friction law, the second evaluates the strength law."""
 
     friction: type[Sides] = Sides
     strength: type[Chords] = Chords

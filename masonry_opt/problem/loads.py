@@ -150,7 +150,7 @@ def _given_forces(
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the mass of a force for which the scene specifies no mass.
+    """Return the default mass of a force in an earthquake, for forces whose mass is not specified.
 
     None means that the mass is the component of the force along gravity; 0 means no mass.
     """

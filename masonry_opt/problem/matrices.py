@@ -31,7 +31,7 @@ def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium matrix of b movable blocks with c joints and t limited forces, and its indices."""
+    """Equilibrium matrix of b movable blocks, c joints and t limited forces, with index conventions."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
     #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at

@@ -54,7 +54,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     motion = problem.motion(solution.d)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
     speed = speed or fastest(assembly, solution.d)
-    # Opening of each contact point without the opening that the flow rule requires.
+    # Opening of each contact point minus the opening that the flow rule requires.
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)

@@ -26,8 +26,8 @@ SEPARATES = MOVES
 #: strength crushes.
 CRUSHES = MOVES
 
-#: Share of its upper limit above which a limited force (such as the force of a tie) counts as yielding, if
-#: its end points move apart, or together, in the mechanism.
+#: Share of its upper limit above which a limited force (such as the force of a tie) counts as yielding. In
+#: addition, its end points must move apart (in a prop, together) in the mechanism.
 AT_HIGHEST = 1 - MOVES
 
 #: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers

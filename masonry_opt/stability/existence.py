@@ -103,9 +103,9 @@ class Cuts:
             HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # There is one matrix for each implied value, with a row for each cut and a column for each face. In
-        # every state, at least one face of a cut has the implied value. The number of cuts is at most the
-        # number of programs.
+        # Each implied value (at rest or moving) has one matrix, with a row for each cut and a column for each
+        # face. In every state, at least one face of a cut has the implied value. The number of cuts is at
+        # most the number of programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -151,7 +151,7 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Add the values that the cuts imply to a choice; return False if the choice contradicts a cut."""
+        """Add all values that the cuts imply to a choice of moving faces; return False on a contradiction."""
         changed = True
         while changed:
             changed = False
