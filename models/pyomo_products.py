@@ -140,7 +140,7 @@ class PyomoProducts:
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return constraints: products of linear forms equal 0, or are at least ``least`` if it is passed."""
+        """Return the constraints that products of linear forms are 0, or at least ``least`` if passed."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)

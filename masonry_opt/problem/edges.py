@@ -83,11 +83,8 @@ class EdgeFactors:
     def other_slacks(self) -> dict[int, Form]:
         """Return the slack z₁ of sliding in the negative sense of each joint, as a linear form.
 
-        The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0.
-
-        The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0, and the rate p₁ is complementary to it.
-
-        The key of each form is the number of the rate p₁, which is complementary to the slack.
+        The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0. The key of each form is the number of the rate p₁, which is
+        complementary to the slack.
         """
         forms = {}
         for j in self.problem.sliding.tolist():

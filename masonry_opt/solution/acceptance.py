@@ -88,8 +88,8 @@ DUALITY = 1e-6
 #: answer in addition.
 MOST_ENERGY = 1e-3
 
-#: Largest residual at which the state of a sub-problem of the loop confirms the sub-problem's load factor.
-#: ``LIMITS`` apply to the answer in addition.
+#: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
+#: verified. ``LIMITS`` apply to the answer in addition.
 BORNE_OUT = 1e-3
 
 #: Largest residual of an inequality in a proof that no load factor exists. Such a proof is valid for all

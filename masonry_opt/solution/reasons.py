@@ -240,7 +240,8 @@ class Code(StrEnum):
     # Sliding closes a joint by more than its friction resists. Values: ``dilatancy``, ``friction``,
     # ``pairs``.
     DILATANCY_LOW = "dilatancy low"
-    # Some supports have no function. Value: ``blocks``, these supports.
+    # Some supports have no function: no movable block, fill, tie or prop touches them. Value: ``blocks``,
+    # these supports.
     IDLE_SUPPORTS = "idle supports"
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
