@@ -1,4 +1,4 @@
-"""Statics and mechanisms of contact points in space with friction cones, in CVXPY."""
+"""Statics and mechanisms with friction cones, in CVXPY, for contact points in space."""
 
 from functools import cached_property
 from typing import NamedTuple
@@ -10,27 +10,27 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Scale factor of the energy in the objective of ConeMotion. With a larger factor, the absolute gap at which
-#: solvers stop is smaller relative to the energy.
+#: Factor by which the objective of ConeMotion is scaled. With a larger factor, the absolute gap at which
+#: solvers stop is smaller relative to the objective.
 _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip that replace the friction circles by polygons in linear programs.
+    """Directions of slip that define polygons, which replace the friction circles in linear programs.
 
-    Each contact point that can slide has several directions; m is the number of all directions.
+    Each contact point that can slide has several directions; m is their total number.
     """
 
     point: np.ndarray  #: index of the sliding contact point of each direction, shape (m,)
     along: np.ndarray  #: unit vector e of each direction in the plane of its contact point, shape (2, m)
-    #: True if the polygons lie inside the circles of shear: all forces then lie inside the cones, and slip is
-    #: opposite to the corners. False if the polygons lie around the circles: mechanisms then obey the flow
-    #: rule of the cones, and slip is opposite to the tangent points of the sides.
+    #: True if the polygons are inside the circles of shear. All forces are then inside the cones, and slip is
+    #: opposite to the corners of a polygon. False if the polygons are around the circles. Mechanisms then
+    #: satisfy the flow rule of the cones, and slip is opposite to the points of tangency.
     inside: bool
 
 
 class ConeStatics(CvxpyStatics):
-    """Contact forces q in equilibrium, eq. (1), and inside the friction cones.
+    """Contact forces q that are in equilibrium, eq. (1), and inside the friction cones.
 
     At each contact point
 
@@ -50,18 +50,25 @@ class ConeStatics(CvxpyStatics):
         return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates p for block velocities d and an opening per unit slip, shape (k,)."""
+        """Return the rates p of the yield conditions for block velocities d and a slope of the flow rule.
+
+        The slope is the opening per unit slip, shape (k,).
+        """
         return self._problem.rates(d, slope)
 
 
 class ConeMechanism(CvxpyMechanism):
-    """Mechanism with friction cones: velocities d, openings u ≥ 0, slips w, slip speeds γ and rates v ≥ 0.
+    """Mechanism with friction cones, in which a contact point opens in proportion to its slip speed.
+
+    The unknowns are velocities d, openings u ≥ 0, slips w, slip speeds γ and rates v ≥ 0 of limited forces.
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
-    The rates v are those of limited forces. The slope is the opening per unit slip, as a parameter or as
-    numbers. Directions e replace γ ≥ |w| by linear conditions. For polygons inside the circle: γ ≥ e·w for
-    each direction. For polygons around the circle: w = Σ e p, γ = Σ p and p ≥ 0.
+    The slope is the opening per unit slip, as a parameter or as numbers. If ``senses`` is passed, linear
+    conditions replace γ ≥ |w|:
+
+    - polygons inside the circle: γ ≥ e·w for each direction e;
+    - polygons around the circle: w = Σ e p, γ = Σ p and p ≥ 0.
     """
 
     def __init__(
@@ -71,10 +78,10 @@ class ConeMechanism(CvxpyMechanism):
         table = problem.table
         limits = problem.face_constant[table.limits]
         self.d = cp.Variable(problem.B.shape[0], name="d")
-        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")  #: opening of each point
+        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")  #: opening of each contact point
         self.yielding = cp.Variable(limits.size, nonneg=True, name="v")  #: rate of each limit of a force
-        self.sliding = cp.Variable((2, slope.size), name="w")  #: slip of each point that can slide
-        self.slip = cp.Variable(slope.size, name="gamma")  #: speed of each slip
+        self.sliding = cp.Variable((2, slope.size), name="w")  #: slip of each contact point that can slide
+        self.slip = cp.Variable(slope.size, name="gamma")  #: slip speed of each contact point that can slide
         normal, *shears = (selection(columns, table.width).T for columns in problem.columns_of_sliding)
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
@@ -98,18 +105,18 @@ class ConeMechanism(CvxpyMechanism):
     def rates(self, slope: np.ndarray) -> np.ndarray:
         """Return the rates p of the yield conditions, shape (faces,), for the optimal velocities.
 
-        The openings per unit slip have shape (k,).
+        ``slope`` is the opening per unit slip, shape (k,).
         """
         return self._problem.rates(self.d.value, slope)
 
 
 class ConeForces:
-    """Program for forces with a low λ that leave little complementarity error with a given mechanism.
+    """Program for forces with a low λ and a small complementarity error with a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
-    The objective omits the constants γ·c and v·l. The cost of the forces is a parameter, so that other rates
-    or weights need no new program.
+    The objective omits the constants γ·c and v·l. The cost of the forces is a parameter, so the program can
+    be solved again for other rates or weights.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -120,7 +127,7 @@ class ConeForces:
         self.program = cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates of the mechanism, shape (faces,), and the weight of the complementarity error."""
+        """Set the rates p of the mechanism, shape (faces,), and the weight of the complementarity error."""
         problem = self._problem
         senses = problem.layout.senses
         slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
@@ -133,12 +140,12 @@ class ConeForces:
 
 
 class ConeMotion:
-    """Program for the mechanism that leaves the least complementarity error with given forces.
+    """Program for the mechanism with the least complementarity error with given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 
-    The slope is the opening per unit slip, shape (k,). The forces are parameters, so that other forces need
-    no new program.
+    The slope is the opening per unit slip, shape (k,). The costs, which depend on the forces, are parameters,
+    so the program can be solved again for other forces.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:

@@ -1,8 +1,8 @@
-"""The two programs of exact states, in CVXPY: forces for a given mechanism, and a mechanism for given forces.
+"""Programs for exact states, in CVXPY: forces for a given mechanism, and a mechanism for given forces.
 
-Each program minimises the energy z·p of faces that move without being at yield. If no energy is left, forces
-and mechanism satisfy complementarity, eq. (8), and are a collapse state. Two further programs are Farkas
-alternatives: each proves that one of the programs has no solution.
+Each program minimises the energy z·p of faces that move although they are not at yield. If this energy is
+zero, forces and mechanism satisfy complementarity, eq. (8), and form a collapse state. Two further programs
+are Farkas alternatives: each proves that one of the first two programs has no solution.
 """
 
 from dataclasses import replace
@@ -15,12 +15,13 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Program for forces that fit a given mechanism.
+    """Program for forces that are compatible with a given mechanism.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    The costs are a, and b of shape (3c,); both are zero by default, and b may be a parameter. ``room`` is
-    infinite in this declaration. A loaded solver sets it to 0 on the faces that are held at yield.
+    The costs are the number a and the vector b of shape (3c,), which may be a parameter. Both are zero by
+    default. ``room`` is infinite in this declaration. The solver session sets it to 0 for the faces that must
+    be at yield.
     """
 
     def __init__(
@@ -38,13 +39,14 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """Program for a mechanism that fits given forces.
+    """Program for a mechanism that is compatible with given forces.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    The cost, shape (faces,), is usually the slacks z ≥ 0 of a state; it is zero by default and may be a
-    parameter. The slope, opening per unit slip, shape (k,), is by default the joints' dilatancy. ``most`` is
-    infinite in this declaration. A loaded solver sets it to 0 on the faces that must not move.
+    The cost, shape (faces,), may be a parameter. It usually consists of the slacks z ≥ 0 of a state; the
+    default is zero. The slope is the opening per unit slip, shape (k,); the default is the joints' dilatancy.
+    ``most`` is infinite in this declaration. The solver session sets it to 0 for the faces that must not
+    move.
     """
 
     def __init__(
@@ -63,13 +65,13 @@ class CvxpyMotion:
 
 
 class CvxpyDrivenMotion:
-    """Mechanism that a load factor λ, or a smaller one, can drive.
+    """Program for a mechanism that the live load can drive at a load factor of at most λ.
 
         Bᵀ d = D(tan ψ) p,    f_L·d = Σ|f_L|,    p ≥ 0,    e·p − f_D·d ≤ λ Σ|f_L|
 
-    The energy e, shape (faces,), is the least that the conditions dissipate per unit rate: c and, of sliding,
-    the least (μ − tan ψ) n of all states. In a collapse state c·p + Σ (μ − tan ψ) n γ − f_D·d = λ f_L·d, with
-    γ the slip of each joint.
+    The energy e, shape (faces,), is the least energy that each yield condition dissipates per unit rate. It
+    is c, plus the least (μ − tan ψ) n of all states for sliding. A collapse state satisfies c·p + Σ (μ − tan
+    ψ) n γ − f_D·d = λ f_L·d, in which γ is the slip of each joint.
     """
 
     def __init__(self, problem: Problem, energy: np.ndarray, highest: float) -> None:
@@ -80,7 +82,7 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces at yield where a mechanism moves, with λ nearest to a given value.
+    """Program for forces that are at yield in the moving faces of a mechanism, with λ near a given value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
@@ -96,14 +98,16 @@ class CvxpyAtYield:
 
 
 class CvxpyNoMotion:
-    """Program for forces that carry the live load alone: no mechanism then has positive live work.
+    """Program for forces that carry the live load alone.
+
+    If such forces exist, the live load does no positive work in any mechanism.
 
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
-    Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p. This is at most 0 unless a face with v > 0
-    moves. If the slope, shape (k,), is the true friction, then the forces are a direction in which λ grows
-    without bound. ``most`` is infinite in this declaration. A loaded solver sets it to 0 for the faces that
-    may move.
+    Every mechanism Bᵀ d = D(slope) p satisfies f_L·d = −(C(slope) q)·p. This work is at most 0 unless a face
+    with v > 0 moves. If the slope, shape (k,), is the true friction, the forces are a direction in which λ
+    grows without bound. ``most`` is infinite in this declaration. The solver session sets it to 0 for the
+    faces that may move.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
@@ -115,14 +119,16 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """Program for a motion that gains energy: no forces then bring the given conditions to yield.
+    """Program for a motion that proves that given yield conditions cannot all be active.
+
+    If a motion gains energy, no forces bring all given conditions to yield.
 
         min  Σ r    s.t.    Bᵀ d = C(μ)ᵀ (p − r),    f_L·d ≥ 0,    f_D·d − c·(p − r) = 1,    p ≥ 0,
         0 ≤ r ≤ most
 
-    All forces with λ ≥ 0 have z·(p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1. They cannot have z ≥ 0 everywhere
-    with z = 0 on the faces with r > 0. ``most`` is infinite in this declaration. A loaded solver sets it to 0
-    for the faces that are not held at yield.
+    All forces with λ ≥ 0 satisfy z·(p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1. Therefore z ≥ 0 everywhere and
+    z = 0 on the faces with r > 0 are not possible together. ``most`` is infinite in this declaration. The
+    solver session sets it to 0 for the faces that are not required to be at yield.
     """
 
     def __init__(self, problem: Problem) -> None:

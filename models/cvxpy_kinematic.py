@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyKinematic:
-    """Kinematic program, eq. (10), scaled such that velocities are near 1.
+    """Kinematic program, eq. (10), scaled so that velocities are near 1.
 
         min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
 
@@ -29,7 +29,7 @@ class CvxpyKinematic:
     def read(self) -> State:
         """Return the state at the optimum of the program.
 
-        Forces and λ are minus CVXPY's duals of compatibility and of the live work.
+        Forces and λ are the negative of CVXPY's dual values of compatibility and of the live work.
         """
         mechanism = self.mechanism
         load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value

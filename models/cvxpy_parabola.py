@@ -1,4 +1,4 @@
-"""Limited compressive strength by its parabola, in CVXPY: eq. (9) and eq. (10) as conic programs."""
+"""Static and kinematic programs, eqs (9) and (10), with the parabola of limited strength, in CVXPY."""
 
 import cvxpy as cp
 import numpy as np
@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Scaling of the crushing cones to normal forces of magnitude N.
+    """Base class that scales the crushing cones to normal forces of magnitude N.
 
     Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
     """
@@ -18,14 +18,14 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: N² / (f_c L), by which crushing reduces the limits of 2 n₁ and 2 n₂ at normal force N.
+        #: Reduction N² / (f_c L) of the limits of 2 n₁ and 2 n₂ by crushing at the normal force N.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 
     def resize(self, q: np.ndarray | None) -> None:
-        """Set N to the mean normal force of the joints that can crush, given forces q, shape (3c,).
+        """Set N to the mean normal force of the joints that can crush, under forces q of shape (3c,).
 
-        Without forces N is √(f_c L), the geometric mean of 1 and the crushing force.
+        If q is None, N is √(f_c L), the geometric mean of 1 and the crushing force.
         """
         whole = self._problem.crushing_force
         if q is None:
@@ -37,7 +37,7 @@ class _Sized:
 
 
 class CvxpyParabolaStatic(_Sized):
-    """Static program, eq. (9), with the crushing parabola instead of its chords.
+    """Static program, eq. (9), with the crushing parabola in place of its chords.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
         2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
@@ -66,8 +66,8 @@ class CvxpyParabolaStatic(_Sized):
     def read(self) -> State:
         """Return the state at the optimum of the program.
 
-        Velocities and rates are the duals of equilibrium and yield. The duals of the crushing conditions are
-        the rates of the rocking faces.
+        Velocities and rates are the dual values of equilibrium and yield. The dual values of the crushing
+        conditions are the rates of the rocking faces.
         """
         p = np.zeros(self._problem.faces)
         p[self._straight] = self.within_yield.dual_value
@@ -77,10 +77,10 @@ class CvxpyParabolaStatic(_Sized):
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Kinematic program, eq. (10), with the energy dissipated by the crushing parabola.
+    """Kinematic program, eq. (10), with the energy that the crushing parabola dissipates.
 
-    A joint whose points rock at rates of the sum P, and which closes by w, dissipates f_c L w² / (4 P) ≤ N² t
-    / (f_c L):
+    A joint dissipates the energy f_c L w² / (4 P) ≤ N² t / (f_c L). Here P is the sum of the rocking rates of
+    its points, and w is its closing:
 
         min  −f_D·d + c·p + Σ N² t / (f_c L)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
         (f_c L w / 2 N)² ≤ P t

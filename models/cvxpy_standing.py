@@ -1,6 +1,6 @@
-"""Stability of a scene under given forces alone, in CVXPY, and the mechanism if it is unstable.
+"""Stability of a scene under its dead load alone, in CVXPY, and the mechanism if it is unstable.
 
-In space friction is by cones.
+In space, the friction limits are cones.
 """
 
 import cvxpy as cp
@@ -10,13 +10,13 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Smallest weight of a block in the inertia, relative to the median block. This limit keeps the motion of
-#: weightless blocks unique; a larger value would slow them down.
+#: Smallest weight of a block in the inertia, relative to the median block. This limit makes the motion of
+#: weightless blocks unique. A larger value would reduce their motion.
 _LEAST_WEIGHT = 1e-2
 
 
 def by_cones(problem: Problem) -> bool:
-    """Return True if this module models the friction of the problem by cones."""
+    """Return True if the friction limits of the problem are cones."""
     return problem.by_friction.conic and len(problem.sliding) > 0
 
 
@@ -34,7 +34,7 @@ class CvxpyStanding:
 
 
 def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> CvxpyMechanism:
-    """Return the kinematics of a problem, with friction cones if the problem has any."""
+    """Return the mechanism terms of a problem, with friction cones if its friction limits are cones."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
     return CvxpyMechanism(problem, limits.slope)
@@ -45,12 +45,12 @@ class CvxpyFalling:
 
         max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
-    Among all mechanisms that the dead load drives it is the nearest to free fall: Gauss's principle of least
-    constraint. The sum is over the blocks i. The weights wᵢ = |f_D,i| stand for masses. In |dᵢ| rotations are
-    multiplied by the radii of gyration, shape (b, rotations).
+    By Gauss's principle of least constraint, the solution is the mechanism nearest to free fall. The sum is
+    over the blocks i, with the weights wᵢ = |f_D,i| as masses. In |dᵢ|, rotations are multiplied by the radii
+    of gyration, shape (b, rotations).
 
-    At ``scale`` 1 free fall has velocities of size 1. A larger scale multiplies all velocities, so that those
-    of blocks that hardly fall are not lost in rounding.
+    With ``scale`` 1, the velocities of free fall have magnitude 1. A larger scale multiplies all velocities,
+    so that the velocities of blocks that hardly fall are not lost in rounding.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
@@ -69,8 +69,8 @@ class CvxpyDriven:
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    The dual finds the forces within yield that are nearest to equilibrium. In space friction is by cones, or
-    by senses of slip, see :class:`~.cvxpy_cone.ConeMechanism`.
+    The dual finds the forces within yield that are nearest to equilibrium. In space, the friction limits are
+    cones, or polygons if ``senses`` is passed; see :class:`~.cvxpy_cone.ConeMechanism`.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
@@ -79,9 +79,9 @@ class CvxpyDriven:
         self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the velocities d and the forces q, or None if the solver found no solution.
+        """Return the velocities d and the forces q; None if the solver found no solution.
 
-        The forces are minus CVXPY's duals of compatibility.
+        The forces are the negative of CVXPY's dual values of compatibility.
         """
         d, q = self.mechanism.d.value, self.mechanism.compatibility.dual_value
         return None if d is None or q is None else (d, -q)

@@ -8,11 +8,11 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyStatic:
-    """Static program, eq. (9).
+    """Static program, eq. (9): maximise λ over all forces in equilibrium and within yield.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0
 
-    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. With friction cones
+    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. With friction cones,
     the conditions n ≥ 0 and |(s, t)| ≤ c + slope · n replace z ≥ 0.
     """
 
@@ -26,7 +26,7 @@ class CvxpyStatic:
     def read(self) -> State:
         """Return the state at the optimum of the program.
 
-        Velocities and rates are the duals of equilibrium and yield.
+        Velocities and rates are the dual values of equilibrium and yield.
         """
         d = self.statics.equilibrium.dual_value
         return State(*self.statics.forces(), d, self.statics.rates(d, self.limits.slope.value))

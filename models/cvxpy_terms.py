@@ -9,14 +9,14 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyShearParameters:
-    """Slope and cohesion of the shear limits as CVXPY parameters, shape (k,) each."""
+    """Slope and cohesion of the shear limits, as CVXPY parameters of shape (k,)."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
         self.set(limits)
 
     def set(self, limits: ShearLimits) -> None:
-        """Set the shear limits."""
+        """Set the values of the slope and cohesion parameters."""
         self.slope.value, self.cohesion.value = limits.slope, limits.cohesion
 
 
@@ -25,7 +25,7 @@ class CvxpyStatics:
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers. λ is a variable unless ``load_factor`` is given.
+    Shear limits are parameters or numbers. λ is a variable unless ``load_factor`` is passed.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class CvxpyStatics:
     def slacks(self) -> cp.Expression:
         """Return the slacks z of the yield conditions, shape (faces,).
 
-        They are declared on first use, because models with friction cones do not need them.
+        The slacks are declared on first use, because models with friction cones do not need them.
         """
         problem, limits = self._problem, self._limits
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
@@ -65,7 +65,7 @@ class CvxpyStatics:
 
 
 class CvxpyMechanism:
-    """Block velocities d and rates p ≥ 0 of the yield conditions, eqs (2), (5), (6).
+    """Block velocities d and rates p ≥ 0 of the yield conditions, by eqs (2), (5) and (6).
 
         Bᵀ d = D(slope) p
 
@@ -82,17 +82,17 @@ class CvxpyMechanism:
         #: Energy dissipated at the chords of crushing and at the limits of limited forces.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
-        # Keep 0 on the right-hand side. Between two expressions Python may swap the sides of ==, which would
-        # change the sign of the dual variable.
+        # Keep 0 on the right-hand side. Python may swap the sides of == between two expressions, which would
+        # change the sign of the dual value.
         self.compatibility = problem.B.T @ self.d - flow == 0
         #: Conditions on the mechanism, except the normalisation of the live work.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 
     def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
-        """Return the power of the dead load minus the power dissipated, f_D·d − c·p.
+        """Return the power f_D·d − c·p: the power of the dead load minus the dissipated power.
 
-        The cohesion has shape (k,).
+        ``cohesion`` has shape (k,).
         """
         return self._problem.dead @ self.d - cohesion @ self.slip - self.resisted
 

@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoKinematic:
-    """Kinematic program, eq. (10), scaled such that velocities are near 1.
+    """Kinematic program, eq. (10), scaled so that velocities are near 1.
 
     min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
     """
@@ -24,7 +24,7 @@ class PyomoKinematic:
     def read(self) -> State:
         """Return the state at the optimum of the program.
 
-        Forces and λ are the duals of compatibility and of the live work.
+        Forces and λ are the dual values of compatibility and of the live work.
         """
         mechanism = self.mechanism
         load_factor, q = self.program.dual[mechanism.live_work], duals(mechanism.compatibility)

@@ -1,6 +1,6 @@
-"""Coulomb collapse as a mixed complementarity problem, in Pyomo.
+"""Collapse with Coulomb friction as a mixed complementarity problem (MCP), in Pyomo.
 
-The MPEC and the search of method ``global`` are made from this model.
+The MPEC and the program of method ``global`` extend this model.
 """
 
 from typing import Any
@@ -13,12 +13,14 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """Complementarity problem of all collapse states with the joints' flow rule, eqs (1) to (6), (8).
+    """Mixed complementarity problem of all collapse states with the joints' own flow rule.
+
+    The conditions are eqs (1) to (6) and (8):
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
-    There is no objective. Several λ may satisfy these conditions.
+    There is no objective. Several load factors λ may satisfy these conditions.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -38,24 +40,24 @@ class PyomoMcp:
         put(self.mechanism.p, state.p)
 
     def read(self) -> State:
-        """Return the state given by the values of the variables."""
+        """Return the state that consists of the present values of the variables."""
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Rewrite complementarity with slack variables z = C(μ) q + c ≥ 0, and return the slack variables.
+    """Introduce slack variables z = C(μ) q + c ≥ 0 in the complementarity conditions; return them.
 
-    The program is changed in place. ``transformation`` is the name of a transformation of Pyomo.
+    The program is changed in place. ``transformation`` is the name of a Pyomo transformation.
     """
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
     for condition in conditions.values():
-        condition.c.deactivate()  # p ≥ 0, which is the rate's own bound
+        condition.c.deactivate()  # p ≥ 0, which is already the lower bound of the rate
     return pyo.Reference(conditions[:].v)
 
 
 def with_pairs(model: PyomoMcp) -> None:
-    """Rewrite complementarity in the form that Pyomo's writer of NL files needs.
+    """Rewrite the complementarity conditions in the form that Pyomo's writer of NL files needs.
 
     The program is changed in place. Each yield condition has a free variable z = C(μ) q + c, and a row z ≥ 0
     that is complementary to the bound p ≥ 0.

@@ -1,6 +1,6 @@
 """The least Coulomb load factor as a mathematical program with equilibrium constraints (MPEC), in Pyomo.
 
-The module also has its relaxation for IPOPT, and its form with a binary variable for each face.
+The module also contains a relaxation of the MPEC for IPOPT, and a form with a binary variable for each face.
 """
 
 import numpy as np
@@ -12,11 +12,11 @@ from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoMpec(PyomoMcp):
-    """MPEC of the least load factor of an exact Coulomb state.
+    """MPEC for the least load factor of all exact Coulomb states.
 
         min  λ Σ|f_L|    over the states of :class:`PyomoMcp`
 
-    The objective is scaled by Σ|f_L|, as the velocities are.
+    The objective is scaled by Σ|f_L|, like the velocities.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -26,19 +26,19 @@ class PyomoMpec(PyomoMcp):
 
 
 class PyomoRelaxed:
-    """Scholtes' relaxation of complementarity, which changes an MCP or MPEC in place.
+    """Scholtes' relaxation of complementarity in an MCP or MPEC, which is changed in place.
 
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
-    At ε = 0 its feasible points are the states of the MCP.
+    For ε = 0, the feasible points are the states of the MCP.
     """
 
     def __init__(self, model: PyomoMcp) -> None:
         self._model = model
         self.program = model.program
         self.z = with_slack_variables(model, "mpec.simple_nonlinear")
-        self.epsilon = self.program.mpec_bound  #: ε, a parameter
-        #: Rows z p ≤ ε of all yield conditions. Only the bound ε changes between solves.
+        self.epsilon = self.program.mpec_bound  #: the bound ε, a mutable parameter
+        #: Rows z p ≤ ε of all yield conditions. Only their bound ε changes between solves.
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:
@@ -47,7 +47,7 @@ class PyomoRelaxed:
         put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
 
     def read(self) -> State:
-        """Return the state given by the values of the variables."""
+        """Return the state that consists of the present values of the variables."""
         return self._model.read()
 
     def products(self) -> np.ndarray:
@@ -60,11 +60,12 @@ class PyomoGlobal(PyomoMpec):
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
-    A face is at yield (y = 1) or at rest (y = 0). The model is exact if the bounds P and Z, shape (faces,),
-    exclude no collapse state. Λ is an upper bound of λ ≥ 0, such as the associative load factor.
+    A face is at yield (y = 1) or at rest (y = 0). The model is exact if the bounds P of rates and Z of
+    slacks, shape (faces,), exclude no collapse state. Λ is an upper bound of λ ≥ 0, such as the associative
+    load factor.
 
-    The last row bounds the rates and excludes no state: sliding dissipates energy, so that the work of the
-    live load is at least the work that raises the blocks.
+    The last row limits the rates but excludes no state: sliding dissipates energy, so the work of the live
+    load is at least the work that raises the blocks.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Linear relaxation of Coulomb collapse by products of statics and kinematics, in Pyomo."""
+"""Linear relaxation of the MPEC by products of static and kinematic variables, in Pyomo."""
 
 from collections.abc import Iterable, Iterator
 from itertools import chain, product
@@ -11,17 +11,19 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks of the products that have a variable: forces of joint i times rates of joint j, shape (c, c), and
-#: forces of joint i times velocities of block e, shape (c, b).
+#: Two masks of the products that are variables, shapes (c, c) and (c, b). The first selects forces of joint i
+#: times rates of joint j; the second selects forces of joint i times velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class PyomoProducts:
-    """Level 1 of the reformulation–linearisation technique (Sherali & Adams 1990) of the MPEC.
+    """Linear relaxation of the MPEC, by level 1 of the reformulation–linearisation technique (RLT).
 
-    Statics has edge forces y = (x₂, x₃, z₀) of each joint, with x₂ = n₁, x₃ = n₂, s = c + μ (n₁ + n₂) − z₀.
-    Kinematics has rates v = (u₂, u₃, p₀, p₁): openings of the edges beyond what sliding explains, and slips.
-    They share nothing but complementarity:
+    The technique (Sherali & Adams 1990) replaces products of variables by new variables.
+
+    The static unknowns of each joint are the edge forces y = (x₂, x₃, z₀), with x₂ = n₁, x₃ = n₂ and
+    s = c + μ (n₁ + n₂) − z₀. The kinematic unknowns are the rates v = (u₂, u₃, p₀, p₁): openings of the edges
+    without the opening due to sliding, and slips. Only complementarity connects statics with kinematics:
 
         E y + λ f_L + f_D = 0,   y, z₁ = 2 (c + μ n) − z₀, n̂ − n, λ − λ₀, Λ − λ ≥ 0;
         Aᵀd = (u₂ + ψ (p₀ + p₁), u₃ + ψ (p₀ + p₁), p₁ − p₀),   f_L·d = Σ|f_L|,   v ≥ 0;
@@ -37,12 +39,12 @@ class PyomoProducts:
                          (yᵢ, z₁, n̂ − n) (Aᵀd)ₖ ≥ 0 (edges that only open),
                          and both sides without a factor.
 
-    A row is declared if a variable replaces each of its products. The least λ therefore never exceeds that of
-    a Coulomb state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whatever the selection. With more products the
-    least λ stays equal or rises.
+    A row is declared only if all of its products have variables. For any selection of products, the least λ
+    is therefore a lower bound of all Coulomb states with λ₀ ≤ λ ≤ Λ and n ≤ n̂. More products never reduce
+    this bound.
 
-    ``within`` are λ₀ ≥ 0 and Λ. ``largest`` is n̂ of each joint, shape (c,), ``inf`` if there is no limit.
-    ``kept`` selects the products.
+    ``within`` contains λ₀ ≥ 0 and Λ. ``largest`` is n̂ of each joint, shape (c,); it is ``inf`` for a joint
+    without a limit. ``kept`` selects the products.
     """
 
     def __init__(
@@ -51,7 +53,7 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: Variable of each product, keyed by the index numbers of its static factor and its kinematic factor.
+        #: Variable of each product, by the numbers of its static and its kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
@@ -69,7 +71,7 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each product in a list; its lower bound is 0 if both factors are ≥ 0."""
+        """Declare a variable for each product in a list, with the lower bound 0 if both factors are ≥ 0."""
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -80,7 +82,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare those rows of the relaxation in which every product is replaced by a variable."""
+        """Declare the rows of the relaxation in which every product has a variable."""
         model = self.program
         factors = self.factors
         one = factors.one
@@ -89,19 +91,18 @@ class PyomoProducts:
         all_forces = [{i: 1.0} for i in factors.forces]
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
-        margins = [  # margin n̂ − n of each joint that has a largest normal force n̂
+        margins = [  # margin n̂ − n of each joint with a largest normal force n̂
             {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # The products z₁ p₁ of joints that can slide are zero. Other complementary products are omitted as
-        # variables.
+        # The products z₁ p₁ of joints that can slide are zero. All other complementary products are omitted.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # Suppose all products of a static row with the velocities at a joint have variables. Then
-        # compatibility implies the products with three of the joint's rates, and only one product, with a
-        # sliding rate, needs a row.
+        # If all products of a static row with the velocities at a joint have variables, compatibility implies
+        # the products with three of the joint's rates. Then only the product with one sliding rate needs a
+        # row.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})
@@ -114,11 +115,11 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v replace these rows
+        if lowest > 0:  # if λ₀ = 0, the bounds of the variables λ v have the same effect as these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # A product that has a variable needs no row, because its bound replaces the row.
+        # A product that has a variable needs no row, because the variable's bound has the same effect.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -132,14 +133,14 @@ class PyomoProducts:
     def _follows(self, statics: Form, rate: int) -> bool:
         """Return True if all products of a static row's forces with a joint's velocities have variables.
 
-        The joint is that of the given rate.
+        The joint is that to which ``rate`` belongs.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return the constraints that products of linear forms are 0, or ≥ ``least`` if it is given."""
+        """Return the constraints that products of linear forms are 0, or at least ``least`` if passed."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)
@@ -149,7 +150,7 @@ class PyomoProducts:
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
         """Yield the product of each pair of linear forms as a linear expression and a constant.
 
-        Pairs with a product that has no variable are left out.
+        Pairs with a product that has no variable are omitted.
         """
         at_rest = self.factors.at_rest
         constants = (self.factors.one, self.factors.unit)

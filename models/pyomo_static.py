@@ -11,8 +11,9 @@ class PyomoStatic:
 
         min  −λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    −z = −C(slope) q − c ≤ 0
 
-    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. If the program is a
-    maximisation, the interior point of HiGHS without crossover finds the optimum but reports it as unknown.
+    The condition n ≥ 0 is not a row, because the two rocking faces of a joint imply it. The program is not a
+    maximisation, because the interior-point method of HiGHS without crossover would then report the status
+    "unknown" at the optimum.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -27,7 +28,7 @@ class PyomoStatic:
     def read(self) -> State:
         """Return the state at the optimum of the program.
 
-        Velocities and rates are minus the duals of equilibrium and yield.
+        Velocities and rates are the negative of the dual values of equilibrium and yield.
         """
         d, p = -duals(self.statics.equilibrium), -duals(self.program.within_yield)
         return State(*self.statics.forces(), d, p)

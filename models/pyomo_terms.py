@@ -1,6 +1,6 @@
 """Statics and mechanisms in Pyomo, eqs (1) to (6): the terms of every Pyomo model.
 
-The module also converts arrays to Pyomo's expressions and variables, and back.
+The module also converts between arrays and Pyomo's expressions and variables.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,9 +17,9 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> Iterator[Any]:
     """Yield each row of the product ``matrix @ variables`` as a linear expression.
 
-    The terms of a row are in the order of the columns. If ``by_joint`` is the number of joints, they are
-    sorted by joint instead, with all kinds of force of a joint together. The order of the terms becomes that
-    of HiGHS's columns, which decides the optimal vertex in which the simplex method ends.
+    The terms of a row are in the order of the columns. If ``by_joint`` is the number of joints, the terms are
+    sorted by joint instead, so that all forces of a joint are together. HiGHS orders its columns like the
+    terms. This order determines the optimal vertex in which the simplex method ends.
     """
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
@@ -37,27 +37,30 @@ def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
 
 
 def values(variable: pyo.Var) -> np.ndarray:
-    """Return the values of an indexed Pyomo variable, in order.
+    """Return the values of an indexed Pyomo variable as an array, in the order of its indices.
 
-    Pyomo leaves a variable that is in no constraint without a value. It has no effect, and is zero here.
+    A variable that occurs in no constraint has no value in Pyomo. Its value is 0 here, which has no effect.
     """
     return np.array([0.0 if data.value is None else data.value for data in variable.values()])
 
 
 def duals(constraint: pyo.Constraint) -> np.ndarray:
-    """Return the dual values of an indexed Pyomo constraint, in order."""
+    """Return the dual values of an indexed Pyomo constraint as an array, in the order of its indices."""
     dual = constraint.model().dual
     return np.array([dual[data] for data in constraint.values()])
 
 
 def put(variable: pyo.Var, numbers: np.ndarray) -> None:
-    """Set an indexed Pyomo variable to values, in order."""
+    """Set an indexed Pyomo variable to the values of an array, in the order of its indices."""
     for data, number in zip(variable.values(), numbers.tolist(), strict=True):
         data.set_value(number, skip_validation=True)
 
 
 class PyomoShearParameters:
-    """Slope and cohesion of the k joints that can slide, as mutable Pyomo parameters."""
+    """Slope and cohesion of the shear limits, as mutable Pyomo parameters.
+
+    There is one value of each for the k joints that can slide.
+    """
 
     def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
         joints = range(len(limits.slope))
@@ -66,7 +69,7 @@ class PyomoShearParameters:
         self.set(limits)
 
     def set(self, limits: ShearLimits) -> None:
-        """Set the shear limits."""
+        """Set the values of the slope and cohesion parameters."""
         self.slope.store_values(dict(enumerate(limits.slope.tolist())))
         self.cohesion.store_values(dict(enumerate(limits.cohesion.tolist())))
 
@@ -76,7 +79,7 @@ class PyomoStatics:
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers. ``slacks`` has one expression for each face.
+    Shear limits are parameters or numbers. ``slacks`` contains one expression for each face.
     """
 
     def __init__(
@@ -110,7 +113,7 @@ class PyomoStatics:
 
 
 class PyomoMechanism:
-    """Variables for velocities d and rates p ≥ 0 of yield conditions, eqs (2), (5), (6).
+    """Variables for velocities d and rates p ≥ 0 of the yield conditions, by eqs (2), (5) and (6).
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 

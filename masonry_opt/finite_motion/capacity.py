@@ -1,4 +1,4 @@
-"""The capacity curve: λ over displacement after the onset of collapse, and the kinematic checks of codes."""
+"""Capacity curves (λ over displacement after the onset of collapse) and kinematic checks of codes."""
 
 import json
 from collections.abc import Sequence
@@ -36,19 +36,19 @@ from masonry_opt.solution.thresholds import MOVES
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
-#: Largest relative difference between the live load of a kinematic check and the weight of the loaded blocks.
+#: Largest relative difference between the live load and the weight of the loaded blocks in a kinematic check.
 _WEIGHT_TOLERANCE = 1e-2
-#: Largest vertical share of a live load that counts as horizontal in a kinematic check.
+#: Largest vertical share at which the live load of a kinematic check still counts as horizontal.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. A
-#: control point with a smaller rate is refused.
+#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point.
+#: Control points with smaller rates raise an error.
 _LEAST_RATE = 1e-6
-#: Legend entry, colour and marker of the events that a picture marks, by code.
+#: Legend entry, colour and marker of the events that a plot of the curve marks, by code.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
-#: Names of the parts of a scene for which no capacity curve can be computed, by the role of their forces.
+#: Names of the parts of a scene that prevent a capacity curve, by the role of their forces.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -60,29 +60,32 @@ _NOT_FOLLOWED = {
 def capacity(
     result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
-    """Return the capacity curve of a result: λ over displacement from the onset of collapse down to λ = 0.
+    """Return the capacity curve of a result, from the onset of collapse down to λ = 0.
 
-    In the plane joints stay closed, hinge in a corner, open completely or close again. λ is in equilibrium
-    with the displaced blocks, and a linear program shows at each state that admissible forces exist. Loads
-    keep their direction, and act at points that move with the blocks. The curve stops where joints slide or
-    blocks meet.
+    The curve is the load factor λ over the displacement of a control point.
 
-    In space the mechanism must be one rigid body that turns about an edge of the blocks at rest. Ties and
-    props are followed: their forces act along the line between their displaced ends. The curve also stops
-    where another joint opens.
+    In the plane, joints stay closed, hinge about a corner, open completely or close again. The displaced
+    blocks are in equilibrium at λ, and a linear program verifies for each state that admissible forces exist.
+    Loads keep their direction, and their points of action move with the blocks. The curve ends when joints
+    slide or blocks meet.
+
+    In space, the mechanism must be one rigid body that rotates about an edge of the blocks at rest. Ties and
+    props are included: their forces act along the line between their displaced ends. The curve also ends when
+    another joint opens.
 
     Parameters
     ----------
-    result: Of :func:`~masonry_opt.analysis.solve`, by any method.
+    result: Result of :func:`~masonry_opt.analysis.solve`, by any method.
     block, point: Control point: the centroid of a block, or a point ``(x, y)``, in space ``(x, y, z)``, of
         the block at rest. The curve reports its displacement along the resultant of the live load. Default:
         the mean displacement of the live loads, each along its own direction.
-    steps: Number of states between the onset and λ = 0 if λ falls linearly; more if λ falls ever slower.
+    steps: Number of states between the onset and λ = 0 if λ decreases linearly. There are more states if λ
+        decreases ever more slowly.
 
     Returns
     -------
     Capacity
-        The curve, with its states, its end, pictures and kinematic checks.
+        The curve with its states and its end. Its methods make plots and kinematic checks.
 
     Raises
     ------
@@ -114,14 +117,14 @@ def capacity(
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= _LEAST_RATE * rates.max():
-        raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
+        raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
     return curve
 
 
 def _not_followed(assembly: Assembly) -> list[str]:
-    """Return the names of the parts of a scene for which no capacity curve can be computed.
+    """Return the names of the parts of a scene that prevent a capacity curve.
 
-    In space, ties and props are possible.
+    In space, ties and props do not prevent a curve.
     """
     names: dict[Role, list[str]] = {}
     for force in assembly.limited:
@@ -137,14 +140,16 @@ def _not_followed(assembly: Assembly) -> list[str]:
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
-    """Return the forces that define the control displacement: the mean displacement along the forces.
+    """Return the forces that define the control displacement.
+
+    The control displacement is the mean displacement of their points along the forces.
 
     Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
     at the control point.
     """
     if block is None:
         if point is not None:
-            raise OptionError("the control point needs a block: give 'block' (--block) too")
+            raise OptionError("the control point needs a block: specify 'block' (--block) too")
         return live
     assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
     if block not in names:
@@ -173,7 +178,8 @@ class Capacity:
     steps: States of the curve, with the poses of all blocks.
     motion: Rates of the poses of all blocks at the onset, shape (blocks, 3), in space (blocks, 6).
     dead, live: Forces of the dead and the live load at the points where they act.
-    control: Forces whose mean displacement along themselves is the displacement of the control point.
+    control: Forces that define the control displacement, which is the mean displacement of their points along
+        the forces.
     """
 
     result: Result
@@ -188,7 +194,7 @@ class Capacity:
 
     @property
     def load_factor(self) -> float:
-        """λ at the onset."""
+        """Load factor λ at the onset of collapse."""
         return self.result.required()
 
     @property
@@ -216,18 +222,22 @@ class Capacity:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """States of the capacity curve as a table with one row for each state; the first state is at rest.
+        """Table of the capacity curve with one row for each state; the first row is the state at rest.
 
-        ``displacement`` is that of the control point, and ``rotation`` (rad) that of the block that turns
-        most. ``dead_work`` and ``live_work`` are done from rest, the live work by the live load for λ = 1.
-        ``hinged`` and ``separated`` count joints. ``event`` is a code, with the ``pairs`` of blocks whose
-        joints it concerns. The displacement may decrease where joints close and open: such states are in
-        equilibrium, but a real collapse does not pass through them.
+        - ``displacement``: displacement of the control point.
+        - ``rotation``: largest rotation of a block (rad).
+        - ``dead_work``, ``live_work``: work from the state at rest. The live work is that of the live load
+          for λ = 1.
+        - ``hinged``, ``separated``: numbers of hinged and of separated joints.
+        - ``event``: code of the event, with the ``pairs`` of blocks at the joints of the event.
+
+        The displacement may decrease where joints close and open. Such states are in equilibrium, but a real
+        collapse does not pass through them.
         """
         return pd.DataFrame([self._row(number) for number in range(len(self.steps))])
 
     def _row(self, number: int) -> dict[str, Any]:
-        """Return the values of one state of the curve: a row of ``table``."""
+        """Return the values of one state of the curve, which are one row of ``table``."""
         step, poses, states = self.steps[number], self.poses(number), self.joints(number)["state"]
         acting = self.control, self.dead, self.live
         control, dead, live = (_work(forces, moved(forces, poses).point) for forces in acting)
@@ -239,7 +249,7 @@ class Capacity:
         return row | {"event": event, "pairs": values.get("pairs", [])}
 
     def joints(self, row: int = -1) -> pd.DataFrame:
-        """Return the joints in one state of the curve, as a table with one row for each joint.
+        """Return a table of the joints in one state of the curve, with one row for each joint.
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
@@ -253,8 +263,8 @@ class Capacity:
         state = np.full(len(points), "separated", dtype="<U9")
         state[touching > 0] = "hinged"
         state[(touching > 0) & (touching == points)] = "closed"
-        # A corner of one block on an edge of another block has one contact point: while the point is closed,
-        # the joint is a hinge.
+        # A corner of one block on an edge of another block has one contact point. The joint is a hinge while
+        # this point is closed.
         hinged = (state == "hinged") | ((touching == 1) & (points == 1))
         position = placed(at, step.poses[joints.first]) + assembly.geometry.origin
         position[~hinged] = np.nan
@@ -270,9 +280,11 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Live forces, the rates of their points at the onset, shape (f,) each, and the control point's rate.
+        """Magnitudes of the live forces, rates of their points, and rate of the control point, at the onset.
 
-        Forces are magnitudes; rates are measured along the forces.
+        The first two have shape (f,).
+
+        Rates are measured along the forces.
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -282,9 +294,9 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """The values of ``_onset``, reduced to live forces on blocks that move.
+        """Values of ``_onset`` for the live forces on blocks that move.
 
-        Blocks at rest are not in the kinematic chain, so their masses do not take part.
+        Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """
         sizes, rates, control_rate = self._onset
         motion = self.motion[self.result.assembly.movable]
@@ -306,21 +318,21 @@ class Capacity:
         """Make the linear and non-linear kinematic checks of the Italian building code for an earthquake.
 
         The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008), or those of Circolare
-        7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8 (NTC 2018). The live load must be that of 1 g: level forces that
-        equal the weights of the masses that take part.
+        7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8 (NTC 2018). The live load must be that of 1 g: horizontal forces
+        that equal the weights of the participating masses.
 
         Parameters
         ----------
-        spectrum: Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
-            (g), linear in between.
+        spectrum: Elastic spectrum at the base of the mechanism: increasing periods (s), from 0, with
+            accelerations (g) that are interpolated linearly.
         code: Code and limit state: "NTC 2008", "NTC 2018 SLV" (life safety) or "NTC 2018 SLC" (collapse
             prevention). In NTC 2018 the spectrum is that of the limit state, with a damping of 8 % (SLV) or
             10 % (SLC).
-        behaviour_factor: q, of the linear check.
-        confidence_factor: FC; 1.35, of the lowest level of knowledge, wherever the strength of masonry is
-            left aside.
-        gravity: In the case's unit of length per s².
-        ultimate, secant: d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
+        behaviour_factor: Behaviour factor q of the linear check.
+        confidence_factor: Confidence factor FC. If the strength of masonry is neglected, the codes require
+            1.35, the value of the lowest level of knowledge.
+        gravity: Gravitational acceleration in the case's unit of length per s².
+        ultimate, secant: Ratios d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
 
         Returns
         -------
@@ -331,22 +343,24 @@ class Capacity:
         ------
         OptionError
             If a value is wrong, if the spectrum ends before the secant period, or if the live load is not
-            level or does not equal the weights of the blocks that it pushes.
+            horizontal or does not equal the weights of the loaded blocks.
         NoLoadFactorError
             If the curve has no state beyond the onset.
         """
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
-            needed = "a horizontal earthquake of 1 g: set its coefficient to 1 and omit the vertical part"
-            raise OptionError(f"{case}: the check needs {needed}")
+            needed = (
+                "the check needs a horizontal earthquake of 1 g: set 'coefficient' to 1 and omit 'vertical'"
+            )
+            raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
-            raise NoLoadFactorError(f"{case}: no curve to check: {self.message}")
+            raise NoLoadFactorError(f"{case}: there is no curve to check: {self.message}")
         share = self._share_of_weight() if quake is None else None
         if share is not None:
-            needed = "a horizontal live load on every mass, equal to its weight"
+            needed = "the check needs a horizontal live load on every mass, equal to its weight"
             found = f"this live load is {share:.3g} times the weight of the loaded blocks, or not horizontal"
-            ways = "'live_per_weight = [1, 0]' or a horizontal [earthquake]"
-            raise OptionError(f"{case}: the check needs {needed}: {found}: give {ways}")
+            ways = "use 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
+            raise OptionError(f"{case}: {needed}: {found}: {ways}")
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}
@@ -357,7 +371,7 @@ class Capacity:
     def _share_of_weight(self) -> float | None:
         """Return the ratio of the live load to the weight of the loaded blocks.
 
-        Returns None if the live load is horizontal and the ratio is 1.
+        The result is None if the live load is horizontal and the ratio is 1.
         """
         problem, down = self.result.assembly.problem, self.result.assembly.scene.down
         live, dead = problem.forces(problem.live), problem.forces(problem.dead)
@@ -368,11 +382,10 @@ class Capacity:
         return None if level and abs(share - 1) <= _WEIGHT_TOLERANCE else share
 
     def plot(self, row: int | None = None) -> "Picture":
-        """Return a matplotlib figure of the curve or, if ``row`` is given, of the displaced blocks.
+        """Return a matplotlib figure of the curve or, if ``row`` is specified, of the displaced blocks.
 
-        The blocks are drawn in the state of this row of ``table``.
-
-        Raises OptionError if the table has no such row.
+        The blocks are drawn in the state of row ``row`` of ``table``. Raises OptionError if the table has no
+        such row.
         """
         if row is None:
             return self._curve()
@@ -383,8 +396,8 @@ class Capacity:
         return self._displaced(row)
 
     def _curve(self) -> "Picture":
-        """Return a picture of λ over the displacement of the control point."""
-        # Importing matplotlib takes longer than computing most curves, so it is imported only for a picture.
+        """Return a plot of λ over the displacement of the control point."""
+        # Importing matplotlib takes longer than computing most curves, so it is imported only for a plot.
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, mover = self.table, "the live load" if self.control is self.live else "the control point"
@@ -394,7 +407,7 @@ class Capacity:
             picture, axes = curve_axes(
                 scene, heading, f"displacement of {mover}, in the length unit of the case"
             )
-            marker = "o" if len(table) == 1 else ""  # a line through one state is invisible
+            marker = "o" if len(table) == 1 else ""  # a line with a single point would be invisible
             axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
             axes.axhline(0.0, color=HATCH, linewidth=0.6)
             axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
@@ -408,7 +421,7 @@ class Capacity:
         return picture
 
     def _displaced(self, row: int) -> "Picture":
-        """Return a picture, to scale, of the displaced blocks in one state of the curve."""
+        """Return a plot, to scale, of the displaced blocks in one state of the curve."""
         from masonry_opt.drawing.pictures import elements_picture
 
         assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
@@ -435,10 +448,10 @@ class Capacity:
         )
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
-        """Write the picture that ``plot`` returns to a file (.png, .svg, .pdf).
+        """Write the plot that :meth:`plot` returns to a file (.png, .svg or .pdf).
 
-        The file is written completely or not at all. Raises OptionError if the name has another ending, or
-        if the file exists and must not be replaced (see ``force``).
+        The file is written completely or not at all. Raises OptionError if the name has another ending, or if
+        the file exists and may not be replaced (see ``force``).
         """
         self.plot(row).save(path, force)
 
@@ -451,7 +464,7 @@ class Capacity:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the curve, one text for each label."""
+        """Return the lines that are printed for the curve, as a text for each label."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {

@@ -1,4 +1,4 @@
-"""Equilibrium path in space of one rigid body that turns about an edge, from the onset down to λ = 0."""
+"""Equilibrium path in space of one rigid body that rotates about an edge, from the onset down to λ = 0."""
 
 from dataclasses import replace
 
@@ -22,38 +22,40 @@ from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, ve
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import same
 
-#: Largest deviation of a mechanism from the rotation of one rigid body about an edge, relative to the speed
-#: of the fastest corner and to the size of the scene. A larger value treats more mechanisms as such a
-#: rotation.
+#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. The deviation is
+#: relative to the speed of the fastest corner and to the size of the scene. With a larger value, more
+#: mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
-#: Relative distance between the last angle of a path and an angle at which λ grows without bound.
+#: Relative distance of the last angle of a path from an angle at which λ grows without bound.
 _POLE_DISTANCE = 1e-3
-#: Smallest opening or slip rate of a joint, relative to the largest rate, at which the joint is reported as
-#: opening or sliding.
+#: Smallest opening or slip rate, relative to the largest rate, at which a joint is reported as opening or
+#: sliding.
 _REPORTED_SHARE = 1e-3
-#: Number of angles up to 90° at which the moments are computed to bracket the end of the path.
+#: Number of angles between 0 and 90° at which moments are computed, to bracket the end of the path.
 _BRACKETING_ANGLES = 2000
-#: Angle (rad) of a finite difference with which ties and props are tested for lengthening or shortening.
+#: Angle (rad) of the finite difference that determines if ties and props lengthen or shorten.
 _DIFFERENCE_ANGLE = 1e-6
 
 
 class EdgePath:
     """Path of a mechanism in space in which one rigid body rotates about an edge.
 
-    Equilibrium of moments about the edge gives λ at every angle. A linear program shows at each state that
-    admissible contact forces exist. Poses are a translation and a rotation vector of each block, shape
-    (blocks, 6). Raises OptionError if joints slide, blocks move on each other, or no edge stays at rest.
+    Equilibrium of moments about the edge determines λ at every angle. A linear program verifies for each
+    state that admissible contact forces exist. Poses are a translation and a rotation vector of each block,
+    shape (blocks, 6). Raises OptionError if joints slide, blocks move on each other, or no edge stays at
+    rest.
 
     Attributes
     ----------
     steps: States of the path; the first is at rest.
     end: Reason why the path ends.
     motion: Rates of the poses of all blocks at the onset, shape (blocks, 6).
-    turns: True for the blocks that turn, then False for the ground, shape (blocks + 1,).
+    turns: True for the blocks that rotate; the last entry, for the ground, is False. Shape (blocks + 1,).
     round: True for the joints between the body and the blocks at rest, shape (joints,).
-    body: Block of each joint that turns, else its second block, shape (joints,).
+    body: The rotating block of each joint, or the joint's second block if neither rotates, shape (joints,).
     on_edge: True for the contact points on the edge, shape (points,).
-    foot: A point of the edge; ``axis`` is the unit vector along the edge.
+    foot: A point on the edge.
+    axis: Unit vector along the edge.
     """
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
@@ -71,7 +73,7 @@ class EdgePath:
             self.end = reason(Code.NOT_HINGING, associative=upper, pairs=[], turning=turning)
 
     def _find_edge(self, result: Result) -> None:
-        """Find the blocks that rotate, the joints around these blocks, and the edge of rotation."""
+        """Find the blocks that rotate, the joints between them and other blocks, and the edge of rotation."""
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
@@ -80,7 +82,7 @@ class EdgePath:
         if slides.any():
             pairs = assembly.pairs_of(np.flatnonzero(slides))
             sliding = some([f"'{first}'–'{second}'" for first, second in pairs])
-            raise OptionError(f"{refused}, but joints slide: {sliding}")
+            raise OptionError(f"{refused}: here joints slide: {sliding}")
         moving = moving_blocks(assembly, d)
         self.turns[assembly.movable[moving]] = True
         self.round = self.turns[joints.first] != self.turns[joints.second]
@@ -97,10 +99,13 @@ class EdgePath:
         deviation = lengths(velocities(assembly, d, corners[1], corners[0]) - rigid).max()
         tolerance = _ROTATION_TOLERANCE * fastest(assembly, d)
         if length <= _ROTATION_TOLERANCE * size or deviation > tolerance:
-            raise OptionError(f"{refused}, but here several bodies move, or a body rotates about a point")
+            raise OptionError(f"{refused}: here several bodies move, or a body rotates about a point")
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks and the ground after a rotation, shape (blocks + 1, 6)."""
+        """Return the poses of all blocks and of the ground after a rotation of the body by an angle.
+
+        The shape is (blocks + 1, 6).
+        """
         pose = np.append(np.zeros(3), angle * self.axis)
         pose[:3] = self.foot - turned(self.foot, pose)
         return self.turns[:, None] * pose
@@ -110,9 +115,10 @@ class EdgePath:
         return [moved(forces, self._poses(angle)[self.assembly.movable]) for forces in self.forces]
 
     def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
-        """Return ties and props after a rotation by an angle, and their forces as the rotation continues.
+        """Return ties and props after a rotation of the body by an angle, with their forces.
 
-        A tie that lengthens and a prop that shortens carry their highest force; otherwise the lowest.
+        If the rotation continues, a tie that lengthens and a prop that shortens have their highest force. All
+        other ties and props have their lowest force.
         """
         struts = []
         for force in self.assembly.limited:
@@ -128,9 +134,10 @@ class EdgePath:
         return struts
 
     def _moments(self, angle: float) -> tuple[float, float]:
-        """Return the resisting and the driving moment about the edge after a rotation by an angle.
+        """Return the resisting and the driving moment about the edge after a rotation of the body.
 
-        Dead loads, ties and props resist; the live load for λ = 1 drives. λ is the ratio of both moments.
+        The resisting moment is that of dead loads, ties and props. The driving moment is that of the live
+        load for λ = 1. λ is the ratio of both moments.
         """
         turns = self.turns[self.assembly.movable]
         dead, live = (
@@ -139,7 +146,7 @@ class EdgePath:
         )
         for strut, force in self._struts(angle):
             on_body = [action for action in strut.actions if self.turns[action.block]]
-            # A tie or prop with both ends, or no end, on the body has no moment on the body.
+            # A tie or prop has a moment on the body only if exactly one of its ends is on the body.
             if len(on_body) == 1:
                 dead += force * float(np.cross(on_body[0].point - self.foot, on_body[0].force) @ self.axis)
         return -dead, live
@@ -147,7 +154,7 @@ class EdgePath:
     def _follow(self, count: int) -> Reason:
         """Append ``count`` states up to the largest angle, and return the reason why the path ends.
 
-        The last angle is where λ vanishes, or just before λ grows without bound. The path ends earlier if
+        λ vanishes at the largest angle, or grows without bound just beyond it. The path ends earlier if
         blocks meet or no admissible forces exist.
         """
         angles = np.linspace(0.0, np.pi / 2, _BRACKETING_ANGLES)
@@ -156,7 +163,7 @@ class EdgePath:
             return reason(Code.LOCKS)
         bracket = angles[after - 1], angles[after]
         last = brentq(lambda angle: min(self._moments(angle)), *bracket, xtol=1e-15, rtol=1e-14)
-        # λ grows without bound where the driving moment (index 1) vanishes.
+        # λ grows without bound at the angle at which the driving moment (index 1) vanishes.
         locks = bool(np.argmin(self._moments(last)) == 1)
         if locks:
             last *= 1 - _POLE_DISTANCE
@@ -174,7 +181,7 @@ class EdgePath:
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
         """Return the reason why the path must end before an angle; None if the path can continue.
 
-        Either blocks overlap, or no admissible forces exist, so that a joint opens or slides.
+        The path ends if blocks overlap, or if no admissible forces exist, so that a joint opens or slides.
         """
         blocks = overlapping(self.assembly.geometry, self._poses(angle)[:-1], self.turns[:-1])
         if blocks:
@@ -187,7 +194,8 @@ class EdgePath:
         if violation <= BORNE:
             return None
         slips = problem.slip_speed(d)
-        opens = problem.rates(d, problem.friction)[problem.table.rocks]  # without the opening due to slip
+        # Opening rates without the opening due to slip.
+        opens = problem.rates(d, problem.friction)[problem.table.rocks]
         if slips.max() > opens.max():
             speeds, code = slips, Code.JOINTS_SLIDE
         else:
@@ -196,10 +204,10 @@ class EdgePath:
         return reason(code, pairs=self.assembly.pairs(joints))
 
     def _problem(self, angle: float) -> Problem:
-        """Return the equilibrium problem of the blocks after a rotation by an angle.
+        """Return the equilibrium problem of the blocks after a rotation of the body by an angle.
 
-        The direction of friction on the edge is that of the face of the body. Contact points of the opened
-        joints away from the edge carry no force, and points on the edge have no cohesion.
+        Friction on the edge acts along the contact face of the body. Contact points of the opened joints away
+        from the edge carry no force, and points on the edge have no cohesion.
         """
         assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
         movable, unit, poses = assembly.movable, rest.length_unit, self._poses(angle)

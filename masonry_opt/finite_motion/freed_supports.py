@@ -1,4 +1,4 @@
-"""Supports that can move: the problem of a scene whose supports are free in one direction each."""
+"""Formulate problems of scenes whose supports can move in one direction."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ from masonry_opt.stability.dead_load import carries
 
 
 def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
-    """Return the indices of supports by name.
+    """Return the indices of the supports with the given names.
 
     Raises OptionError if a name is unknown or occurs twice.
     """
@@ -36,25 +36,27 @@ def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
             raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
         if name not in fixed:
             choice = f"a block with 'fixed = true': {', '.join(fixed)}"
-            raise OptionError(f"{scene.origin}: support '{name}' can move already: name {choice}")
+            raise OptionError(f"{scene.origin}: block '{name}' is not a support: choose {choice}")
     return np.array([known[name] for name in names])
 
 
 def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
-    """Raise OptionError if a support touches no block that can move."""
+    """Raise OptionError if one of the given supports touches no block that can move."""
     scene, forces = assembly.scene, assembly.problem.B.shape[1]
     touched = freed_of.problem.by_block(np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)).any(axis=1)
     for support in np.setdiff1d(supports, freed_of.movable[touched], assume_unique=True):
         idle = f"support '{scene.blocks[support].name}' touches no block that can move"
-        raise OptionError(f"{scene.origin}: {idle}: its settlement changes nothing")
+        raise OptionError(f"{scene.origin}: {idle}, so its settlement has no effect: choose another support")
 
 
 def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Return the reaction at rest with elastic contacts (relative to the live load) and the joint forces.
+    """Return the reaction of supports at rest with elastic contacts, and the joint forces.
 
-    The forces are those of the problem with settling supports. The first ``own`` of them are those of the
-    scene, the others hold the supports in the directions in which they do not move. Return None if the
-    elastic contacts do not come to carry the dead load.
+    The reaction is relative to the live load.
+
+    The forces belong to the problem with settling supports. The first ``own`` forces are those of the scene.
+    The remaining forces restrain the supports in the directions in which they do not move. The result is None
+    if no equilibrium of the elastic contacts under the dead load is found.
     """
     if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
         return None
@@ -65,30 +67,30 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
     left = on_blocks + settling.dead - reaction * settling.live
     q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
-    # A reaction of the size of rounding errors is set to zero, because solvers would scale the loads by it.
+    # Set a reaction of the size of rounding errors to zero, because solvers would scale the loads by it.
     return reaction if abs(reaction) > ZERO else 0.0, q
 
 
 def freed(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
-    """Return an assembly whose chosen supports can move in one direction, at a common rate.
+    """Return an assembly whose chosen supports can move in one direction, all at the same rate.
 
-    The supports become blocks without weight. Forces without limits restrain them across the direction and
-    against rotation, and couple several supports along the direction. The live load is a push along the
-    direction, shared by the supports.
+    The supports become blocks without weight. Forces without limits prevent their rotation and their motion
+    across the direction, and couple several supports along the direction. The live load is a push along the
+    direction, distributed equally to the supports.
 
     Parameters
     ----------
     assembly: Assembly of the scene with fixed supports.
     supports: Indices of the supports, shape (k,).
     direction: Unit vector.
-    push: Live load in the case's unit of force; without a push the supports cannot move along the direction.
-    turns: True if the supports can turn about their centroids.
+    push: Live load in the case's unit of force. If it is None, the supports cannot move along the direction.
+    turns: True if the supports can rotate about their centroids.
     """
     held = push is None
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
-    # Moments are written as couples with the length unit as lever arm, so that all restraints are forces of
+    # Moments are expressed as couples with the length unit as lever arm, so all restraints are forces of
     # similar size.
     couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
     restraints: list[LimitedForce] = []
@@ -107,15 +109,15 @@ def freed(
 
 
 def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -> Assembly:
-    """Return an assembly in the plane whose chosen supports can move at rates in a fixed ratio.
+    """Return a plane assembly whose chosen supports can move at rates in a fixed ratio.
 
-    The supports become blocks without weight. Forces without limits restrain all other motions of them. The
-    live load is a push along the motions, as large as the dead load.
+    The supports become blocks without weight. Forces without limits prevent all other motions of the
+    supports. The live load is a push along the motions, as large as the dead load.
 
     Parameters
     ----------
     assembly: Assembly of the scene with fixed supports.
-    supports: Indices of the supports, shape (k,), rising.
+    supports: Indices of the supports, shape (k,), in ascending order.
     motions: Translations of the supports, and their rotations times the problem's unit of length, shape
         (k, 3). No motion is zero.
     """
@@ -143,7 +145,7 @@ def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -
 
 
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
-    """Return the scene with movable supports that are pushed by live forces, without other live loads."""
+    """Return the scene with movable supports, on which the only live loads act."""
     zero = (0.0,) * scene.dimension
     live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
     of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}
@@ -160,7 +162,8 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     fields: dict[str, Any] = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     fields |= {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    # Reference values are removed, because they belong to the scene's own live loads.
+    # Reference values are removed, because they belong to the live loads of the original scene.
     fields["reference"] = {}
-    # The copy is not validated: a valid scene has a fixed block, and here all blocks may be free to move.
+    # The copy is not validated, because validation requires a fixed block, and here all blocks may be
+    # movable.
     return BaseModel.model_copy(scene.with_load_case(None), update=fields)

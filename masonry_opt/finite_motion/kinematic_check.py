@@ -1,8 +1,8 @@
-"""Kinematic checks of local mechanisms after the Italian building codes NTC 2008 and NTC 2018.
+"""Kinematic checks of local mechanisms by the Italian building codes NTC 2008 and NTC 2018.
 
 The checks of NTC 2008 are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3. The checks of NTC 2018 are
-those of Circolare 7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8. Both codes have equal formulas for the mass that
-takes part and for the equivalent oscillator.
+those of Circolare 7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8. Both codes have equal formulas for the participating
+mass and for the equivalent oscillator.
 """
 
 import math
@@ -19,25 +19,25 @@ from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import moving_blocks
 
-#: Confidence factor FC of the lowest level of knowledge. Both codes demand this value where the strength of
+#: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
 #: masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
 
 
 @dataclass(frozen=True)
 class CodeRules:
-    """Numbers in which the kinematic checks of building codes and limit states differ."""
+    """Parameters of the kinematic check for one building code and limit state."""
 
     ultimate: float  #: ultimate displacement d*_u, as a share of d*_0
     secant: float  #: displacement d*_s of the secant period, as a share of d*_u
-    period: float  #: secant period divided by √(d*_s / a*_s)
+    period: float  #: secant period T_s divided by √(d*_s / a*_s)
     has_linear: bool  #: True if the code has a linear check in this limit state
-    #: True if the demand is the largest spectral displacement up to the secant period. False if the demand is
-    #: the spectral displacement at the secant period.
+    #: True if the demand is the largest spectral displacement at periods up to the secant period. False if it
+    #: is the spectral displacement at the secant period.
     is_largest_demand: bool
 
 
-#: Rules by the name of the code and the limit state: SLV is life safety, SLC is collapse prevention.
+#: Parameters by code and limit state: SLV is life safety, SLC is collapse prevention.
 CODES = {
     "NTC 2008": CodeRules(0.4, 0.4, 2 * math.pi, has_linear=True, is_largest_demand=False),
     "NTC 2018 SLV": CodeRules(0.4, 1.0, 1.68 * math.pi, has_linear=True, is_largest_demand=True),
@@ -49,8 +49,8 @@ CODES = {
 class KinematicCheck:
     """Results of kinematic checks: capacity of a mechanism, and demand of an elastic response spectrum.
 
-    The symbols are those of the code: P are the forces, δ their virtual displacements at the onset, d_k and
-    δ_k those of the control point.
+    The symbols are those of the code. P are the forces and δ their virtual displacements at the onset. The
+    control point has the displacement d_k and the virtual displacement δ_k.
 
     Attributes
     ----------
@@ -59,20 +59,21 @@ class KinematicCheck:
     mass: Participating mass M* = e* Σ P / g, in the case's unit of force over the unit of ``gravity``.
     onset: Acceleration a_0 = λ of the masses at which the mechanism is activated, in g.
     acceleration: Spectral acceleration a*_0 = λ g / (e* FC) at which the mechanism is activated, in g.
-    displacement: d*_0 of the equivalent oscillator at λ = 0, or at the end of a curve that ends before, with
-        d* = d_k Σ P δ² / (δ_k Σ P δ).
-    complete: True if the curve comes down to λ = 0; otherwise ``displacement`` is less than d*_0.
+    displacement: Displacement d*_0 of the equivalent oscillator at λ = 0, or at the end of a curve that ends
+        earlier, with d* = d_k Σ P δ² / (δ_k Σ P δ).
+    complete: True if the curve reaches λ = 0; otherwise ``displacement`` is less than d*_0.
     ultimate: Ultimate displacement d*_u, a share of d*_0.
-    secant, secant_acceleration: The point (d*_s, a*_s) of the curve, a*_s in g.
+    secant, secant_acceleration: Point (d*_s, a*_s) of the curve, with a*_s in g.
     period: Secant period T_s in seconds: √(d*_s / a*_s) times 2π, in NTC 2018 times 1.68π (SLV) or 1.56π
         (SLC).
-    demand_acceleration: S_e(0) / q, in g; None if the code has no linear check in this limit state.
-    demand_displacement: S_e(T_s) (T_s / 2π)², in the case's unit of length; in NTC 2018 the largest value of
-        all periods up to T_s.
-    linear: True if the linear check holds: ``acceleration`` is at least ``demand_acceleration``. None without
-        a linear check.
-    non_linear: True if the non-linear check holds: ``ultimate`` is at least ``demand_displacement``.
-    rests_on: Name and certainty of the load factor λ at the onset, on which both verdicts rest.
+    demand_acceleration: Demand S_e(0) / q of the linear check, in g. None if the code has no linear check in
+        this limit state.
+    demand_displacement: Demand S_e(T_s) (T_s / 2π)² of the non-linear check, in the case's unit of length. In
+        NTC 2018, it is the largest value for periods up to T_s.
+    linear: True if the linear check is satisfied: ``acceleration`` is at least ``demand_acceleration``. None
+        without a linear check.
+    non_linear: True if the non-linear check is satisfied: ``ultimate`` is at least ``demand_displacement``.
+    rests_on: Name and certainty of the load factor λ at the onset, on which both checks depend.
     """
 
     code: str
@@ -101,18 +102,18 @@ class KinematicCheck:
     def __str__(self) -> str:
         linear = f"a_0 = {self.onset:.4f} g, a*_0 = {self.acceleration:.4f} g"
         if self.demand_acceleration is None:
-            linear += ": the code has no linear check in this limit state"
+            linear += " (the code has no linear check in this limit state)"
         else:
-            verdict = "holds" if self.linear else "does not hold"
-            linear += f" against {self.demand_acceleration:.4f} g: {verdict}"
-        non_linear = "holds" if self.non_linear else "does not hold"
+            verdict = "satisfied" if self.linear else "not satisfied"
+            linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
+        non_linear = "satisfied" if self.non_linear else "not satisfied"
         short = "" if self.complete else " (the curve ends before λ = 0, so the true d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "check": self.code,
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": linear,
-            "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
+            "non-linear": f"d*_u = {used}, demand {demanded} at T_s = {self.period:.4g} s: {non_linear}",
             "rests on": f"{self.rests_on}; if a lower λ exists, the linear or non-linear check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
@@ -121,7 +122,7 @@ class KinematicCheck:
 
 @dataclass(frozen=True)
 class Activation:
-    """Accelerations at which an earthquake activates a mechanism, after NTC 2008 and NTC 2018."""
+    """Accelerations at which an earthquake activates a mechanism, by NTC 2008 and NTC 2018."""
 
     mass_fraction: float  #: participating mass fraction e* of the blocks that move
     acceleration: float  #: acceleration a_0 of the masses, in g
@@ -135,8 +136,8 @@ class Activation:
 def activation(result: Result) -> Activation | None:
     """Return the accelerations at which an earthquake activates the mechanism of a result.
 
-    The masses of a block act at the point of their resultant. The value is None if the live load is not a
-    horizontal earthquake, or the result has no load factor or mechanism.
+    The masses of a block are concentrated at the point of action of their resultant. The value is None if the
+    live load is not a horizontal earthquake, or if the result has no load factor or mechanism.
     """
     quake, d = result.assembly.scene.shaken_by, result.solution.d
     if quake is None or quake.vertical or result.load_factor is None or d is None:
@@ -167,9 +168,9 @@ def kinematic_check(
     ----------
     onset: Forces P and their rates δ at the onset, shape (f,) each, and the rate δ_k of the control point.
     curve: Columns d_k and λ of the curve, shape (states, 2).
-    complete: True if the curve comes down to λ = 0.
+    complete: True if the curve reaches λ = 0.
     spectrum: Pairs of period (s) and acceleration (g).
-    values: Numbers of :meth:`~.capacity.Capacity.check` by name.
+    values: Parameters of :meth:`~.capacity.Capacity.check` by name.
     rests_on: Name and certainty of the load factor at the onset, as text.
 
     Raises
@@ -213,7 +214,9 @@ def kinematic_check(
 
 
 def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
-    """Return the name of a code, its rules with the user's values of shares, and the user's other numbers.
+    """Return the name of a code, its rules, and the user's other parameters.
+
+    The user's values of ``ultimate`` and ``secant`` replace those of the code.
 
     Raises OptionError if the code is unknown, or a number is wrong.
     """
@@ -231,13 +234,14 @@ def _spectral_displacement(
 ) -> float:
     """Return the spectral displacement S_e(T) (T / 2π)² at a period T, in units of g s².
 
-    If ``is_largest`` is True, the largest displacement of all periods up to T is returned. The spectral
-    acceleration is linear between the given periods.
+    If ``is_largest`` is True, the result is the largest displacement at periods up to T. The spectral
+    acceleration is interpolated linearly between the given periods.
     """
     at = np.array([period])
     if is_largest:
         slope = np.diff(accelerations) / np.diff(periods)
-        # With S = S₀ + k (T − T₀), the derivative of S T² vanishes at T = −2 (S₀ − k T₀) / (3 k).
+        # The spectrum is S = S₀ + k (T − T₀) between two periods, so the derivative of S T² vanishes at T =
+        # −2 (S₀ − k T₀) / (3 k).
         falling = slope < 0
         constant = (accelerations[:-1] - slope * periods[:-1])[falling]
         inner = -2 * constant / (3 * slope[falling])
@@ -259,7 +263,7 @@ def _check_values(values: Mapping[str, float]) -> None:
 
 
 def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return the smallest ordinate of a polyline at an abscissa, which the polyline may cross repeatedly."""
+    """Return the smallest ordinate of a polyline at an abscissa that the polyline may cross repeatedly."""
     low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
     segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
     share = (x - xs[segments]) / np.diff(xs)[segments]
@@ -267,7 +271,7 @@ def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
 
 
 def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return a spectrum's periods and accelerations. Raises OptionError if the spectrum is not valid."""
+    """Return the periods and accelerations of a spectrum; raise OptionError if it is not valid."""
     try:
         pairs = np.array(spectrum, dtype=float)
     except (TypeError, ValueError):
@@ -275,6 +279,7 @@ def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.n
     rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
         raise OptionError(
-            "a spectrum is a list of pairs: period (s), increasing from 0, and acceleration (g), not negative"
+            "the spectrum must be a list of pairs: period (s) that increases from 0, and acceleration (g) "
+            "of 0 or more"
         )
     return pairs[:, 0], pairs[:, 1]

@@ -1,4 +1,4 @@
-"""Displaced blocks: their contacts, their equilibrium problem, and the least violation of equilibrium."""
+"""Contacts, equilibrium problem and least violation of equilibrium of displaced blocks."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,21 +25,21 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Points of Simpson's rule, relative to the length of an edge; the rule is exact for cubic functions.
+#: Points of Simpson's rule, as fractions of the length of an edge. The rule is exact for cubic functions.
 _SIMPSON_POINTS = np.array([0.0, 0.5, 1.0])
 #: Weights of Simpson's rule.
 _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
-#: Smallest opening rate at which a corner of a joint opens, relative to the speed of the fastest corner.
+#: Opening rate above which a corner of a joint opens, relative to the speed of the fastest corner.
 _OPENING_TOLERANCE = 1e-6
 #: Friction coefficient above which a joint has no yield condition for sliding.
 _UNLIMITED_FRICTION = 1e9
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Return the dead and the live forces of a scene at their points of action.
+    """Return the dead and the live forces of a scene with their points of action.
 
-    Raises OptionError if the forces do not add up to the loads of the problem: some loads, such as the
-    pressure of fill, have no known points of action.
+    Raises OptionError if these forces do not add up to the loads of the problem. The points of action of some
+    loads, such as the pressure of fill, are not known after the onset of collapse.
     """
     parts = loads(assembly.scene, assembly.geometry, assembly.movable)
     dead = _joined(assembly, "dead", parts.weight, parts.dead)
@@ -58,7 +58,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
-    """Combine forces and all edge loads of a kind ("dead" or "live") in one record of forces."""
+    """Combine forces and all edge loads of one kind ("dead" or "live") into one record of forces."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
     forces = [*parts, *on_edges]
     block = np.concatenate([part.block for part in forces])
@@ -68,7 +68,7 @@ def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
 
 
 def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
-    """Return three forces equivalent to a linearly distributed load on an edge, by Simpson's rule."""
+    """Return three point forces that are equivalent to a linearly varying edge load, by Simpson's rule."""
     edge, (first, last) = piece.ends[1] - piece.ends[0], piece.intensity
     intensity = first + np.outer(_SIMPSON_POINTS, last - first)
     force = np.hypot(*edge) * _SIMPSON_WEIGHTS[:, None] * intensity
@@ -77,10 +77,10 @@ def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
 
 
 def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
-    """Return the two blocks with the deepest overlap; an empty list if no blocks overlap.
+    """Return the two blocks with the deepest overlap; the list is empty if no blocks overlap.
 
-    ``body`` is the number of the rigid body of each block; only blocks of different bodies count. The block
-    of the body with the higher number comes first.
+    ``body`` is the number of each block's rigid body. Only blocks of different bodies can overlap, and the
+    block of the body with the higher number is the first.
     """
     moved_shapes = displaced(shapes, poses)
     low, high = moved_shapes.boxes
@@ -94,20 +94,20 @@ def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
 
 @dataclass(frozen=True)
 class ForceOptimum:
-    """Optimal solution of a linear program whose variables are the contact forces of displaced blocks."""
+    """Optimum of a linear program whose variables are the contact forces of displaced blocks."""
 
     value: float  #: largest load factor, or smallest violation of equilibrium and yield (unit of force)
-    #: Rates of the poses of all blocks, the dual variables of equilibrium, shape (blocks, 3).
+    #: Rates of the poses of all blocks, shape (blocks, 3). They are the dual variables of equilibrium.
     motion: np.ndarray
     pressed: np.ndarray  #: True for joints that carry a force, shape (joints,)
 
 
 @dataclass(frozen=True)
 class MovedBlocks:
-    """Blocks of a scene in the plane and their joints, at rest, in the problem's unit of length.
+    """Blocks of a plane scene and their joints, at rest, in the problem's unit of length.
 
-    Methods take the poses of all blocks, shape (blocks, 3), and the corners of the joints that touch,
-    shape (joints, 2).
+    Arguments of the methods are the poses of all blocks, shape (blocks, 3), and a mask ``touch`` of the
+    joints' corners that touch, shape (joints, 2).
     """
 
     geometry: Geometry  #: shapes of the blocks at rest
@@ -119,7 +119,10 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Create the record from an assembly, with forces relative to ``unit`` and λ relative to ``live``."""
+        """Create the record from an assembly and its forces.
+
+        Forces are relative to ``unit``, and λ is relative to ``live``.
+        """
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit
         joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
@@ -142,20 +145,25 @@ class MovedBlocks:
 
     @property
     def corner(self) -> np.ndarray:
-        """Corners of each joint at rest: start and end, shape (joints, 2 corners, 2 coordinates)."""
+        """Positions at rest of the start and end of each joint, shape (joints, 2 corners, 2 coordinates)."""
         return np.stack([self.joints.start, self.joints.end], axis=1)
 
     @property
     def at_rest(self) -> np.ndarray:
-        """True for corners that touch at rest, shape (joints, 2); a joint without length has one corner."""
+        """True for corners of joints that touch at rest, shape (joints, 2).
+
+        A joint without length has only one corner.
+        """
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """True for blocks whose edge is touched at a joint's corner, shape (joints, 2 corners, 2 blocks).
+        """True for blocks that are touched on an edge at a joint's corner, shape (joints, 2, 2).
 
-        A corner of only one block touches the edge of the other block. Where corners of both blocks coincide,
-        both edges are touched.
+        The second axis is that of the joint's corners, the third axis that of its blocks.
+
+        Usually the corner of one block touches the edge of the other block. If corners of both blocks
+        coincide, both blocks count as touched on an edge.
         """
         points, block = self.geometry.corners
         corners = shapely.multipoints(points, indices=block)[self.blocks]
@@ -164,12 +172,14 @@ class MovedBlocks:
         return is_corner_of[..., ::-1] | ~is_corner_of
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """Return the equilibrium problem of displaced blocks, with joints that touch in at least one corner.
+        """Return the equilibrium problem of displaced blocks.
+
+        Its joints are those that touch in at least one corner.
 
         - A closed joint has the properties that it has at rest.
         - A joint that touches in one corner has no cohesion. Its direction is that of the touched edge.
-        - Where two corners meet, the direction is the bisector of both edges. The friction angle is reduced
-          by half of the angle between them, so that the forces are admissible on both edges.
+        - If two corners meet, the direction of the joint is the bisector of both edges. The friction angle is
+          reduced by half of the angle between the edges, so that the forces are admissible on both edges.
         """
         touching = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[touching], self.blocks[touching], self.joints
@@ -203,8 +213,8 @@ class MovedBlocks:
     ) -> ForceOptimum | None:
         """Return optimal contact forces of displaced blocks; None if the solver fails.
 
-        Without ``load_factor``, the load factor is maximised, eq. (9). With ``load_factor``, the violation of
-        equilibrium and yield under this load factor is minimised.
+        If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
+        equilibrium and yield at this load factor is minimised.
         """
         problem = self.problem(touch, poses)
         if load_factor is None:
@@ -221,7 +231,7 @@ class MovedBlocks:
         return ForceOptimum(value, self._motion(problem, d, poses), pressed)
 
     def state_of(self, result: Result) -> ForceOptimum:
-        """Return the load factor, the mechanism and the pressed joints of a result for the blocks at rest."""
+        """Return the load factor, mechanism and pressed joints of a result, for the blocks at rest."""
         problem, solution = result.assembly.problem, result.solution
         assert solution.d is not None
         assert solution.q is not None
@@ -230,16 +240,19 @@ class MovedBlocks:
 
     def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Return the rates of the poses of all blocks, shape (blocks, 3), from velocities d (3b,)."""
-        # Convert the velocities of the blocks' centroids to velocities of the block points at the origin.
+        # Convert the velocities of the blocks' centroids to velocities of the points of the blocks at the
+        # origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
         return motion
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
-        """Return the number of the rigid body of each block, shape (blocks,); the ground is the last body.
+        """Return the number of the rigid body of each block, shape (blocks,).
 
-        Blocks linked by closed joints, and all fixed blocks, form one body.
+        The ground is the last body.
+
+        Blocks that closed joints connect form one body. All fixed blocks form one body, the ground.
         """
         fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
         closed = self.blocks[touch.all(axis=1)]
@@ -278,13 +291,15 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners that stay in contact, and the joints that slide, in the motion of an optimum.
+        """Return the corners that stay in contact and the joints that slide, in the motion of an optimum.
 
-        The shapes are (joints, 2) and (joints,). A joint slides if it slips by more than the share ``SLIDES``
-        of the speed of the fastest corner, as in :func:`~masonry_opt.solution.motion.joint_motion`, and if it
-        carries a force or does not open. A corner that slips less, as on surveyed blocks, still touches
-        unless it opens by more than friction times its slip. A joint without force that slips
-        separates: no friction resists its motion.
+        The shapes are (joints, 2) and (joints,).
+
+        - A joint slides if its slip exceeds the share ``SLIDES`` of the speed of the fastest corner, as in
+          :func:`~masonry_opt.solution.motion.joint_motion`. It must also carry a force, or not open.
+        - A corner with a smaller slip, as on surveyed blocks, stays in contact unless it opens by more than
+          friction times its slip.
+        - A joint that slips without force separates, because no friction resists its motion.
         """
         opening, slip = self.relative(poses, optimum.motion)
         speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0
@@ -307,13 +322,13 @@ def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Return the smallest violation v of equilibrium and yield under a given load factor.
+    """Return the smallest violation v of equilibrium and yield at a given load factor.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 
-    The violation is a variable because a mechanism determines the forces of a given λ completely: a program
-    without v would be infeasible by rounding errors. Where contact points rock, v is multiplied by the
-    number of points, so that it measures the missing normal force of the joint.
+    The violation v is a variable, because the forces of a mechanism are completely determined at a given λ. A
+    program without v would be infeasible due to rounding errors. In rocking conditions, v is multiplied by
+    the number of contact points of a joint, so that it measures the missing normal force of the joint.
 
     Returns
     -------
@@ -332,7 +347,8 @@ def least_missed(
     row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
     low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
-    # The simplex method of HiGHS may fail on the presolved program. In this case, repeat it without presolve.
+    # The simplex method of HiGHS may fail on the presolved program. In this case, it is repeated without
+    # presolve.
     for presolve in ("choose", "off"):
         session = HighsSession(
             program, effort, "finite motion", small_matrix_value=SMALLEST_COEFFICIENT, presolve=presolve

@@ -1,9 +1,10 @@
 """Equilibrium path of a hinging mechanism in the plane, at finite rotations, from the onset down to λ = 0.
 
-The path is a sequence of stretches. On a stretch the blocks form fixed rigid bodies with hinges between them
-(class Chain), and a predictor–corrector method follows the equilibrium states: a step along the tangent, then
-Newton's method. A stretch ends at an event, which bisection locates: a joint opens, a joint closes, blocks
-meet, or λ vanishes. A linear program over the contact forces finds the joints that open.
+The path is a sequence of stretches. On a stretch, the blocks form rigid bodies with hinges between them,
+which do not change (class Chain). A predictor–corrector method follows the equilibrium states: each step
+along the tangent is corrected by Newton's method. A stretch ends at an event, which bisection locates: a
+joint opens, a joint closes, blocks meet, or λ vanishes. A linear program over the contact forces finds the
+joints that open.
 """
 
 from dataclasses import dataclass, replace
@@ -21,79 +22,80 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import ZERO, same
 
-#: Largest violation of equilibrium and yield by admissible forces, in the unit of force.
+#: Largest violation of equilibrium and yield, in the unit of force, at which forces count as admissible.
 BORNE = 1e-8
-#: If a violation is below this multiple of BORNE, a joint is just starting to open. With a smaller value, the
-#: start of opening is located more exactly.
+#: Multiple of ``BORNE`` below which a violation means that a joint has just begun to open. With a smaller
+#: value, the opening is located more exactly, in more steps.
 _JUST_OPENING = 10.0
-#: Smallest overlap angle (rad) at which a closing joint counts as closed; the value must exceed rounding
-#: errors.
+#: Overlap angle (rad) above which a closing joint counts as closed. The value must exceed rounding errors.
 _CLOSING_ANGLE = 1e-12
 #: Largest displacement of the fastest corner in one step, relative to the size of the scene.
 _LONGEST_STEP = 0.02
-#: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If this step
-#: has no solution either, the mechanism is locked.
+#: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If a step of
+#: this size has no solution, the mechanism counts as locked.
 _SHORTEST_STEP = 1e-6
-#: Width of the interval of step lengths to which bisection encloses an event, relative to the size of the
-#: scene.
+#: Width of the interval of step lengths at which the bisection for an event stops, relative to the size of
+#: the scene.
 _EVENT_WIDTH = 1e-13
-#: Speed of the fastest corner in a tangent of length 1 below which the blocks do not move.
+#: Speed of the fastest corner, for a tangent of length 1, below which the blocks count as at rest.
 _LEAST_SPEED = 1e-7
-#: Length of the trial step that determines in which sense a motion is possible, relative to the size of the
+#: Length of the trial step that determines the possible direction of a motion, relative to the size of the
 #: scene.
 _PROBE_STEP = 1e-5
-#: Largest number of states of a path; a longer path ends with the reason "still carries".
+#: Largest number of states of a path. A longer path ends with the reason "still carries".
 _MOST_PATH_STATES = 2000
-#: Largest number of consecutive events in one position; after more events the mechanism counts as locked.
+#: Largest number of consecutive events in one position. After more events, the mechanism counts as locked.
 _MOST_EVENTS = 20
-#: Ratio to the largest singular value below which a singular value is zero. Joints that share a hinge make
-#: equations linearly dependent.
+#: Ratio of a singular value to the largest one below which the singular value counts as zero. Joints that
+#: share a hinge make the equations linearly dependent.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step.
 _NEWTON_ITERATIONS = 12
-#: Scaled residual at which Newton's method has converged.
+#: Scaled residual below which Newton's method has converged.
 _CONVERGED = 1e-13
-#: Scaled residual below which Newton's method is stopped if rounding errors prevent further improvement.
+#: Scaled residual below which Newton's method also stops if rounding errors prevent further improvement.
 _STALLED = 1e-10
-#: Scaled residual above which Newton's method diverges and is stopped.
+#: Scaled residual above which Newton's method counts as divergent and stops.
 _DIVERGED = 1e3
 
 
 @dataclass(frozen=True)
 class PathState:
-    """State on the path of a mechanism.
+    """State on the equilibrium path of a mechanism.
 
-    The states of a finished path are in the units of the case. While a path in the plane is followed, its
-    states are in the units of the problem.
+    The states of a complete path are in the units of the case. During the computation of a path in the plane,
+    its states are in the units of the problem.
     """
 
     #: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin, followed by a
     #: translation. In space a pose is a translation and a rotation vector, shape (blocks, 6).
     poses: np.ndarray
     load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
-    #: True for the contact points that touch from this state on, shape (points,). While a path in the plane
-    #: is computed, the shape is (joints, 2), for the two corners of each joint.
+    #: True for the contact points that touch from this state on, shape (points,). During the computation of a
+    #: path in the plane, the shape is (joints, 2), for the two corners of each joint.
     touch: np.ndarray
-    event: Reason | None = None  #: event at this state; None if nothing changes there
+    #: Event at this state, such as the opening of a joint; None if there is no event.
+    event: Reason | None = None
 
 
 class Chain:
     """Rigid bodies connected by hinges, and their equations of equilibrium at finite rotations.
 
-    A body consists of blocks whose joints are closed. A hinge is a joint of which one corner touches.
-    The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
+    A body consists of blocks that are connected by closed joints. A hinge is a joint that touches only in one
+    corner. The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
 
         Q(θ, λ) + G(θ)ᵀ f = 0        (a) equilibrium, with the generalised loads Q
-        g(poses) = 0                 (b) both bodies bring the hinge point to one place; G = ∂g/∂poses
+        g(poses) = 0                 (b) the hinge point of both bodies coincides; G = ∂g/∂poses
 
-    There is one equation less than there are unknowns, so the solutions form a curve. With one degree of
-    freedom λ follows from virtual work. A point of the curve is a vector of all unknowns: poses (bodies, 3),
+    There is one equation fewer than unknowns, so the solutions form a curve. If the bodies have one degree of
+    freedom, λ follows from virtual work. A point of the curve is a vector of all unknowns: poses (bodies, 3),
     forces of the hinges on their first body (hinges, 2), and λ.
     """
 
     def __init__(self, blocks: MovedBlocks, touch: np.ndarray) -> None:
         self.touch, self.body = touch, blocks.bodies(touch)
-        self.count = int(self.body.max())  # number of bodies that can move; the ground has the next index
+        # Number of bodies that can move; it is also the index of the ground.
+        self.count = int(self.body.max())
         body = self.body[blocks.movable]
         self.dead = body[blocks.dead.block], blocks.dead.point, blocks.dead.force
         self.live = body[blocks.live.block], blocks.live.point, blocks.live.force
@@ -103,7 +105,10 @@ class Chain:
         self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> np.ndarray:
-        """Return the point of the equilibrium curve at given poses; forces and λ follow by least squares."""
+        """Return the point of the equilibrium curve at the given poses of all blocks.
+
+        Hinge forces and λ follow from equilibrium by least squares.
+        """
         poses, coordinates = np.zeros((self.count + 1, 3)), 3 * self.count
         poses[self.body] = of_blocks
         point = np.append(poses[:-1].ravel(), np.zeros(2 * len(self.at) + 1))
@@ -113,14 +118,17 @@ class Chain:
         return point
 
     def of_blocks(self, point: np.ndarray) -> np.ndarray:
-        """Return the poses of all blocks at a point, or the pose rates along a tangent, shape (blocks, 3)."""
+        """Return the poses of all blocks at a point of the curve, shape (blocks, 3).
+
+        For a tangent of the curve, the result is the rates of the poses.
+        """
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
         """Return the tangents of the equilibrium curve at a point, shape (k, unknowns).
 
         The tangents span the null space of the Jacobian, restricted to poses and λ. There is no tangent if
-        the bodies are locked, and more than one at a bifurcation.
+        the bodies are locked, and there are several tangents at a bifurcation.
         """
         _, jacobian = self._system(point)
         _, values, right_vectors = np.linalg.svd(jacobian)
@@ -133,9 +141,9 @@ class Chain:
         return tangents
 
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-        """Return the point of the equilibrium curve with ``row @ point == value``, by Newton's method.
+        """Return the point of the equilibrium curve at which ``row @ point == value``, by Newton's method.
 
-        Returns None if Newton's method diverges or does not converge.
+        The result is None if Newton's method does not converge.
         """
         point, coordinates, previous_norm = start, 3 * self.count, np.inf
         for _ in range(_NEWTON_ITERATIONS):
@@ -156,9 +164,10 @@ class Chain:
         return None
 
     def _system(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals of equilibrium and hinge conditions, and their Jacobian.
+        """Return the residuals of the equilibrium and hinge equations, and their Jacobian.
 
-        The equations are (a) and (b) of the class; derivatives are with respect to poses, forces and λ.
+        The equations are (a) and (b) in the docstring of the class. The derivatives are with respect to
+        poses, forces and λ.
         """
         bodies, hinges, forces = self.count, len(self.at), point[3 * self.count : -1].reshape(-1, 2)
         poses = np.vstack([point[: 3 * bodies].reshape(-1, 3), np.zeros(3)])
@@ -174,7 +183,8 @@ class Chain:
             gap += sign * placed(self.at, poses[body])
             G[hinge[:, None], [0, 1], body[:, None], [0, 1]] += sign
             G[hinge, :, body, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
-        G_free = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)  # without the ground
+        # Columns of the bodies that can move, without the ground.
+        G_free = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)
         residual = np.append(resultants[:-1, :3].ravel(), gap.ravel())
         jacobian = np.zeros((len(residual), len(residual) + 1))
         rotations = 3 * np.arange(bodies) + 2
@@ -188,8 +198,8 @@ class Chain:
     def _resultants(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the sums of fx, fy, x × f and x · f over the forces on each body, shape (bodies + 1, 4).
 
-        Forces have constant directions, and their points ``at`` (given at rest) move with the bodies. The
-        last sum is the negative derivative of the moment with respect to the rotation of the body.
+        Forces have constant directions. Their points of action move with the bodies; ``at`` are the points at
+        rest. The last sum is the negative derivative of the moment with respect to the rotation of the body.
         """
         total, arm = np.zeros((len(poses), 4)), turned(at, poses[body])
         np.add.at(total, body, np.column_stack([force, moment_of(arm, force), dots(arm, force)]))
@@ -201,17 +211,19 @@ class _PathEvent(NamedTuple):
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    #: Optimum of the linear program over contact forces if the optimum shows that a joint opens; otherwise
-    #: None.
+    #: Optimum of the linear program over contact forces, if it shows that a joint opens; otherwise None.
     borne: ForceOptimum | None = None
 
 
 class _Stretch(NamedTuple):
-    """State and tangent on a stretch: a part of the path along which the rigid bodies do not change."""
+    """State and tangent on a stretch of the path.
+
+    A stretch is a part of the path along which the rigid bodies do not change.
+    """
 
     chain: Chain  #: rigid bodies and hinges of the stretch
     point: np.ndarray  #: point of the chain's equilibrium curve
-    #: Tangent at the point, scaled so that it moves the fastest corner by the size of the scene.
+    #: Tangent at the point, scaled so that the fastest corner moves by the size of the scene.
     row: np.ndarray
 
     @property
@@ -230,7 +242,7 @@ class _PathEnded(Exception):
 
 
 class HingingPath:
-    """Path of a hinging mechanism in the plane, from the onset of collapse.
+    """Equilibrium path of a hinging mechanism in the plane, from the onset of collapse.
 
     Attributes
     ----------
@@ -242,7 +254,9 @@ class HingingPath:
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        onset = result.required()  # used as the unit of λ; the unit of force is the largest load at the onset
+        # If λ at the onset is above zero, it is the unit of λ. The largest load at the onset is the unit of
+        # force.
+        onset = result.required()
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
@@ -262,11 +276,11 @@ class HingingPath:
         self.motion = self.motion * units
 
     def _onset(self, result: Result) -> None:
-        """Find the mechanism at the onset.
+        """Find the mechanism at the onset of collapse.
 
-        The mechanism is that of associative limit analysis of the scene at rest if the result has the
-        associative λ. Otherwise the mechanism is that of the result. The path ends at once if joints that
-        carry a force slide in the result: a finite motion is defined for hinging mechanisms only.
+        If λ of the result is the associative load factor, the mechanism is that of associative limit analysis
+        of the scene at rest. Otherwise the mechanism is that of the result. The path ends at once if joints
+        with a force slide in the result, because only hinging mechanisms have a finite motion here.
         """
         first = self.steps[0]
         optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
@@ -282,9 +296,9 @@ class HingingPath:
         self.motion = optimum.motion
 
     def _can_move(self, state: ForceOptimum) -> bool:
-        """Return True if blocks can move by the hinges of a mechanism when no hinge slips.
+        """Return True if blocks can move about the hinges of a mechanism without any slip.
 
-        A small slip, below the threshold at which a joint slides, may be necessary for the motion.
+        The mechanism itself may contain small slips, below the threshold at which a joint counts as sliding.
         """
         first = self.steps[0]
         touch, _ = self.blocks.after(first.touch, first.poses, state)
@@ -293,12 +307,12 @@ class HingingPath:
         return any(self.blocks.fastest(first.poses, motion) > _LEAST_SPEED for motion in motions)
 
     def _follow(self) -> None:
-        """Follow one stretch after another, each up to its event, until an event ends the path."""
+        """Follow the stretches of the path, each up to its event, until an event ends the path."""
         opens, hint, events_here = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
-            # Several events may occur in one position; if their number exceeds a limit, the blocks are
+            # Several events may occur in one position. If their number exceeds a limit, the blocks are
             # locked.
             moves = np.abs(stretch.poses - last.poses).max() > _CLOSING_ANGLE
             events_here = 0 if moves else events_here + 1
@@ -336,10 +350,11 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the stretch that begins at a state, with its tangent in the sense of the possible motion.
+        """Return the stretch that begins at a state, with the tangent in the direction of the motion.
 
-        If corners open, the sense is the one in which these corners open. Otherwise the motion continues in
-        the sense of ``hint``, or reverses if an event prevents this at once and nothing prevents the reverse.
+        If corners open, the tangent has the direction in which they open. Otherwise it has the direction of
+        ``hint``. If a small step in this direction leads to an event at once, and a step in the opposite
+        direction does not, the direction is reversed.
         """
         chain = Chain(self.blocks, step.touch)
         stretch = self._onward(chain, chain.start(step.poses), hint)
@@ -349,7 +364,8 @@ class HingingPath:
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
-        # Try a small step: a joint that has just closed stays closed in one sense of the motion only.
+        # Try a small step in both directions, because a joint that has just closed stays closed in one
+        # direction only.
         event, _ = self._try(stretch, _PROBE_STEP)
         if event is None:
             return stretch
@@ -357,9 +373,11 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return a point with its tangent in the sense of the motion ``hint``; None if no block can move.
+        """Return a point with its tangent in the direction of the motion ``hint``.
 
-        The path ends at a bifurcation, where several tangents exist.
+        The result is None if no block can move.
+
+        At a bifurcation, where several tangents exist, the path ends.
         """
         tangents = chain.tangents(point)
         if len(tangents) > 1:
@@ -375,8 +393,8 @@ class HingingPath:
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
         """Follow a stretch to its next event; return the last state before the event, and the event.
 
-        A step without a solution is repeated with a quarter of its length; after a success the step is
-        doubled, up to the length of ``_first_step``. The path is locked if steps become too short.
+        If a step has no solution, its length is divided by four. After a successful step, the length is
+        doubled, up to that of ``_first_step``. If steps become too short, the mechanism is locked.
         """
         step = self._first_step(stretch)
         while step >= _SHORTEST_STEP:
@@ -391,14 +409,14 @@ class HingingPath:
         raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
-        """Return the step length at which λ changes, along the tangent, by 1 / count of its initial value."""
+        """Return the step length at which λ changes along the tangent by 1 / count of its initial value."""
         step = 1 / self.count / max(abs(stretch.row[-1]), _LEAST_SPEED)
         return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
-        """Make a step of predictor and corrector; return the event within the step, and the state after it.
+        """Make a predictor–corrector step; return the event within the step and the state at its end.
 
-        The event is None if no event occurs within the step. Event and state are None if no state is found.
+        The event is None if no event occurs within the step. Both are None if the corrector finds no state.
         """
         row, guess = np.append(stretch.row[:-1], 0.0), stretch.point + step * stretch.row
         point = stretch.chain.corrected(guess, row, float(row @ guess))
@@ -412,13 +430,19 @@ class HingingPath:
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
         """Return the event that must have occurred before a state; None if the state is admissible.
 
-        Events are tested in this order: λ < 0; a hinged joint has rotated beyond closing; blocks overlap;
-        no admissible forces balance the loads, so that a joint opens. The path ends if the last test fails.
+        Events are tested in this order:
+
+        1. λ < 0.
+        2. A hinged joint has rotated beyond its closed position.
+        3. Blocks overlap.
+        4. No admissible forces balance the loads, so a joint opens.
+
+        If the solver fails in the last test, the path ends.
         """
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # A joint with a length that touches in one corner is open by an angle; a negative angle means
+        # A joint that touches in only one of its two corners is open by an angle. A negative angle means
         # overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
@@ -438,11 +462,11 @@ class HingingPath:
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
         """Locate an event within a step by bisection; return the last state before the event, and the event.
 
-        Where a joint opens, the violation of equilibrium grows from zero, and a secant step proposes the
-        next trial length. The path ends at λ = 0 and where blocks meet.
+        If a joint opens, the violation of equilibrium grows from zero, and the secant method proposes the
+        next trial length. The path ends at λ = 0, or if blocks meet.
         """
         low, high, before = 0.0, step, stretch
-        # Step length and violation of the previous trial beyond the event, for the secant step.
+        # Step length and violation of the previous trial beyond the event, for the secant method.
         farther_step = farther_excess = 0.0
         while high - low > _EVENT_WIDTH:
             if event.code is Code.REACHES_ZERO:
@@ -477,7 +501,10 @@ class HingingPath:
         raise _PathEnded(why)
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """Return the state with λ = 0 after a state; None if it does not exist or an event comes first."""
+        """Return the state with λ = 0 that follows a state; None if it does not exist.
+
+        The result is None, too, if another event occurs first.
+        """
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)
         if point is None:

@@ -1,8 +1,8 @@
 """Positions of blocks and their contacts after a settlement of finite size, in the plane.
 
-The mechanism of a small settlement tells which contact points stay closed, slide or open. Blocks whose joints
-stay closed are one rigid body. Newton's method then finds positions at finite rotations: hinges stay closed,
-and sliding corners stay on the edges on which they slide.
+The mechanism of a small settlement determines which contact points stay closed, slide or open. Blocks whose
+joints stay closed form one rigid body. The Gauss–Newton method then finds positions at finite rotations in
+which hinges are closed and sliding corners are on the edges along which they slide.
 """
 
 from dataclasses import dataclass, replace
@@ -18,33 +18,34 @@ from masonry_opt.solution.motion import fastest, joint_motion, velocities
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SEPARATES
 
-#: Number of steps in which the supports move to their final positions. With more steps Newton's method has
-#: better starts at large rotations.
+#: Number of steps in which the supports move to their final positions. More steps provide better starts of
+#: the Gauss–Newton method for large rotations.
 _STEPS = 10
-#: Largest number of Newton iterations in a step.
+#: Largest number of Gauss–Newton iterations in a step.
 _MOST_CORRECTIONS = 20
-#: Largest change of a position in the last iteration, relative to the size of the scene.
+#: Change of position, relative to the size of the scene, below which the iterations have converged.
 _CONVERGED_STEP = 1e-13
-#: Weight of the slips of hinges relative to gaps. A smaller value closes gaps more exactly where both cannot
-#: vanish: a hinge on a straight edge slips by an amount that grows with the square of the movement.
+#: Weight of the slips of hinges relative to gaps. Gaps and slips cannot both vanish: a hinge on a straight
+#: edge slips by an amount that grows with the square of the movement. A smaller value closes the gaps more
+#: exactly.
 _SLIP_WEIGHT = 1e-3
-#: Largest gap of a contact that stays closed, relative to the largest movement of a point. Slips below the
-#: threshold at which a joint slides, as on surveyed blocks, make the conditions slightly inconsistent.
+#: Largest gap of a closed contact, relative to the largest movement of a point. Small slips, below the
+#: threshold at which a joint slides, make the conditions slightly inconsistent on surveyed blocks.
 _LARGEST_GAP = SEPARATES
-#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip is refused, because the
-#: mechanism then differs from that of a small settlement.
+#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip raises an error,
+#: because the mechanism then differs from that of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Ratio of a singular value to the largest singular value, below which it counts as zero.
+#: Ratio of a singular value to the largest one below which the singular value counts as zero.
 _SINGULAR = 1e-10
 
 
 class SettlementBlockedError(Exception):
-    """The blocks cannot follow the movement of the supports; the text of the error is the reason."""
+    """Error: the blocks cannot follow the movement of the supports, for the reason in the message."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points of a scene in the plane, with the points that stay closed in a mechanism.
+    """Contact points of a plane scene, and the points that stay closed in a mechanism.
 
     Positions and poses are those of the geometry at rest, in the scene's unit of length.
 
@@ -53,8 +54,8 @@ class Contacts:
     assembly: Assembly of the scene at rest.
     touches: True for the contact points that stay closed or slide, shape (points,).
     slides: True for the joints that slide, shape (joints,).
-    rates: Velocities (vx, vy, ω) of all blocks for the movement of the supports, shape (blocks, 3). The
-        velocity is that of the block's point at the origin.
+    rates: Velocities (vx, vy, ω) of all blocks for the movement of the supports, shape (blocks, 3). They are
+        those of the point of each block at the origin.
     supports: Indices of the supports that move.
     """
 
@@ -66,7 +67,10 @@ class Contacts:
 
     @classmethod
     def of(cls, freed: Assembly, solution: Solution, scale: float, supports: np.ndarray) -> "Contacts":
-        """Create the record from the mechanism of a solution, with velocities multiplied by ``scale``."""
+        """Create the record from the mechanism of a solution.
+
+        The velocities of the mechanism are multiplied by ``scale``.
+        """
         motion, joints = joint_motion(freed, solution), freed.joints
         assert solution.d is not None
         gap = np.empty(len(joints.joint))  # opening rate of each contact point
@@ -97,7 +101,9 @@ class Contacts:
 
     @cached_property
     def _intervals(self) -> np.ndarray:
-        """Interval of both blocks' edges along each joint's tangent, from the joint's start, (joints, 2, 2).
+        """Intervals of both blocks' edges along each joint's tangent, shape (joints, 2, 2).
+
+        Positions are measured from the joint's start.
 
         A block that touches with a corner has an interval without length.
         """
@@ -119,9 +125,9 @@ class Contacts:
 
     @cached_property
     def face(self) -> np.ndarray:
-        """Index of the block on whose edge each contact point slides, shape (points,).
+        """Index of the block along whose edge each contact point slides, shape (points,).
 
-        The other block touches with a corner, or along an edge of equal direction.
+        The other block touches this edge with a corner, or with a parallel edge.
         """
         joints = self.joints
         first, second = joints.first[joints.joint], joints.second[joints.joint]
@@ -143,7 +149,7 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # The rates of a body are those of its largest block.
+        # A body has the rates of its largest block, or of a support or fixed block if it contains one.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -157,9 +163,11 @@ class Contacts:
         return poses[body]
 
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
-        """Return poses after a share of the movement, with each body's reference point on a straight line.
+        """Return the poses of all bodies after a given share of the movement.
 
-        The reference point is the centroid of the support, or of the largest block of the body.
+        The reference point of each body moves along a straight line.
+
+        The reference point of a body is the centroid of its support, or of its largest block.
         """
         poses = share * of_body
         centroid = self.assembly.geometry.centroid
@@ -175,7 +183,7 @@ class Contacts:
     def _corrected(self, poses: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Return poses of the bodies that satisfy the contact conditions, by the Gauss–Newton method.
 
-        Of several solutions, each iteration takes the nearest.
+        If the conditions have several solutions, each iteration selects the nearest.
         """
         if not free.any():
             return poses
@@ -197,8 +205,8 @@ class Contacts:
     def _conditions(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the gaps of closed contact points, the slips of hinges, and their derivatives.
 
-        Gaps are measured along the normal of the edge of the point's ``face``. The derivatives are by the
-        poses of all bodies, first of the gaps and then of the slips.
+        Gaps are measured along the normal of the edge of the point's ``face``. The derivatives, first of the
+        gaps and then of the slips, are with respect to the poses of all bodies.
         """
         joints, body = self.joints, self.bodies
         points = np.flatnonzero(self.touches & (body[joints.first] != body[joints.second])[joints.joint])
@@ -222,7 +230,7 @@ class Contacts:
         return parts[0], parts[1][sticks], np.vstack([derivatives[0], derivatives[1][sticks]])
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if contacts that should stay closed open, overlap or slip."""
+        """Raise SettlementBlockedError if contacts that should stay closed have gaps, overlaps or slips."""
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)
@@ -234,9 +242,9 @@ class Contacts:
             raise SettlementBlockedError("the blocks lock before the supports reach their new positions")
 
     def displaced_joints(self, poses: np.ndarray) -> tuple[np.ndarray, Joints]:
-        """Return indices of the joints that do not separate, and these joints between the displaced blocks.
+        """Return the indices of the joints that do not separate, and these joints after the displacement.
 
-        An opened joint lies on the bisecting line of its edges. Raises SettlementBlockedError if a block has
+        An opened joint is on the bisector of its edges. Raises SettlementBlockedError if a block has
         slid off another block.
         """
         joints = self.joints
@@ -246,7 +254,7 @@ class Contacts:
         rotation[:, 2] = (poses[first, 2] + poses[second, 2]) / 2
         of_first, of_second = joints.first[joints.joint], joints.second[joints.joint]
         point = (placed(joints.point, poses[of_first]) + placed(joints.point, poses[of_second])) / 2
-        # A contact point at a corner that slides on an edge moves with the block of the corner.
+        # A corner that slides along an edge is a contact point that moves with the block of the corner.
         corner = np.where(self.face == of_first, of_second, of_first)
         is_corner = self.slides[joints.joint] & (joints.extent[joints.joint] == 0)
         point[is_corner] = placed(joints.point, poses[corner])[is_corner]
@@ -273,7 +281,7 @@ class Contacts:
         return kept, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
 
     def _slid(self, moved: Joints, kept: np.ndarray, poses: np.ndarray) -> Joints:
-        """Return displaced joints; joints that slide along an edge have the length that is still shared."""
+        """Return the displaced joints, shortened to the length along which blocks touch after sliding."""
         point = moved.point.copy()
         for number in np.flatnonzero(self.slides[kept] & (moved.extent > 0)):
             joint = kept[number]

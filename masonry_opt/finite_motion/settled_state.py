@@ -1,4 +1,4 @@
-"""Function ``settled_scene``: the state of a scene after supports have moved by given amounts."""
+"""Compute the state of a scene after supports have moved by given amounts."""
 
 import math
 from collections.abc import Mapping
@@ -25,30 +25,31 @@ from masonry_opt.solution.thresholds import MOVES
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
-#: Form of the movements of supports, in error messages.
-_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
-#: Largest number of times that a movement is halved in the search for a movement that blocks can follow.
+#: Required form of the movements of supports, for error messages.
+_FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+#: Largest number of times that a movement is halved in the search for a movement that the blocks can follow.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
 
 def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
-    """Return a scene in the plane after supports have moved by given amounts under its dead load.
+    """Return a plane scene after its supports have moved by given amounts under its dead load.
 
-    The blocks follow in the mechanism of the least reaction of the supports, by the default method. The state
-    keeps the positions of the blocks, the contacts that stay closed, and the joint forces.
+    The blocks move in the mechanism of the least reaction of the supports, by the default method. The scene
+    contains the new positions of the blocks, the contacts that stay closed, and the joint forces.
 
     Parameters
     ----------
     scene: The scene, in its load case.
     settled: Movement of each support by name, ``(x, y)`` or ``(x, y, rotation)``: a translation of its
-        centroid in the unit of length, and a rotation in radians. With None the scene itself is returned.
+        centroid in the unit of length, and a rotation in radians. If it is None, the scene itself is
+        returned.
 
     Raises
     ------
     OptionError
-        If a support does not exist, can move already or touches no block that can move; if a movement is not
-        two or three numbers, or is so large that the mechanism changes; if blocks are solids, or joints have
-        a limited strength; if the scene is unstable, or does not follow the supports.
+        If a support does not exist, is a movable block or touches no movable block; if a movement is not two
+        or three numbers, or is so large that the mechanism changes; if blocks are solids, or joints have a
+        limited strength; if the scene is unstable, or does not follow the supports.
     CaseError
         If the scene is wrong.
     """
@@ -60,7 +61,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
             f"{scene.origin}: 'settled' needs a scene in the plane: omit it, or analyse a section"
         )
     if scene.settled is not None:
-        raise OptionError(f"{scene.origin}: supports have settled already: give all movements at once")
+        raise OptionError(f"{scene.origin}: the supports have settled already: specify all movements at once")
     movements = _movements(scene, settled)
     assembly = assemble(scene)
     if len(assembly.problem.crushing):
@@ -84,13 +85,13 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     for halving in range(1, _MOST_HALVINGS_OF_MOVEMENT + 1):
         share = 0.5**halving
         if isinstance(_state(assembly, free, solution, share * scale, movements), SettledState):
-            remedy = f"give a smaller movement, such as {share:g} times this movement"
+            remedy = f"use a smaller movement, such as {share:g} times this movement"
             raise OptionError(f"{scene.origin}: 'settled': {state}: {remedy}")
-    raise OptionError(f"{scene.origin}: 'settled': {state}: give a much smaller movement, or omit 'settled'")
+    raise OptionError(f"{scene.origin}: 'settled': {state}: use a much smaller movement, or omit 'settled'")
 
 
 def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float, float]]:
-    """Return the movements of supports by name: x, y and rotation.
+    """Return the movement (x, y, rotation) of each support by name.
 
     Raises OptionError if a name is not that of a support or occurs twice, or if a movement is wrong.
     """
@@ -98,9 +99,9 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         pairs = list(settled.items() if isinstance(settled, Mapping) else settled)
         names = [name for name, _ in pairs]
     except (TypeError, ValueError):
-        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})") from None
+        raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})") from None
     if not names:
-        raise OptionError(f"{scene.origin}: 'settled' {_FORM} (found {settled!r})")
+        raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})")
     supports_of(scene, names)
     movements: dict[str, tuple[float, float, float]] = {}
     for name, movement in pairs:
@@ -109,8 +110,8 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         except (TypeError, ValueError):
             numbers = ()
         if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)) or not any(numbers):
-            needs = "needs (x, y) or (x, y, rotation), not all of them zero"
-            raise OptionError(f"{scene.origin}: 'settled': support '{name}' {needs} (found {movement!r})")
+            needs = "the movement needs finite numbers (x, y) or (x, y, rotation), not all of them zero"
+            raise OptionError(f"{scene.origin}: 'settled': support '{name}': {needs} (found {movement!r})")
         movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
     return movements
 
@@ -124,10 +125,10 @@ def _falls(problem: Problem) -> bool:
 
 
 def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
-    """Return the state of the least reaction of freed supports, by the default method.
+    """Return the state of the least reaction of movable supports, by the default method.
 
-    Without an exact state of Coulomb friction, the state has associative flow. Raises OptionError if the
-    least reaction is not known.
+    If the method finds no exact state of Coulomb friction, the state has associative flow. Raises OptionError
+    if the least reaction is not found.
     """
     rest = reaction_at_rest(assembly.problem, free.problem, assembly.problem.B.shape[1])
     problem = free.problem
@@ -144,17 +145,17 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
     solution = associative(Task(free.problem)).accepted()
     if solution.d is None or solution.load_factor is None:
         raise OptionError(
-            f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: see "
-            "'settle', and give another direction"
+            f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: try "
+            "another direction, and see the results of 'settle'"
         )
     return solution
 
 
 def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: Solution) -> float:
-    """Return the factor on a mechanism's velocities at which the supports move by their given movements.
+    """Return the factor that scales the mechanism's velocities to the given movements of the supports.
 
-    Movements and the rotation have the units of the problem, shape (k, 3). Raises OptionError if the supports
-    do not move in the mechanism.
+    ``motions`` are the movements in the units of the problem, shape (k, 3). Raises OptionError if the
+    supports do not move in the mechanism.
     """
     assert solution.d is not None
     rates = free.problem.by_block(solution.d)
@@ -162,8 +163,8 @@ def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: 
     along = float((of_supports * motions).sum()) / float((motions**2).sum())
     if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
         raise OptionError(
-            f"{free.scene.origin}: 'settled': blocks fall without a motion of the supports: raise the "
-            "friction, or give another direction"
+            f"{free.scene.origin}: 'settled': blocks fall without a motion of the supports: increase the "
+            "friction, or use another direction"
         )
     return 1.0 / along
 
@@ -175,7 +176,7 @@ def _state(
     scale: float,
     movements: Mapping[str, tuple[float, float, float]],
 ) -> SettledState | str:
-    """Return the state after a settlement, or a sentence on why the blocks cannot follow the supports."""
+    """Return the state after a settlement, or a sentence that states why the blocks cannot follow."""
     supports = np.setdiff1d(free.movable, assembly.movable)
     contacts = Contacts.of(free, solution, scale, supports)
     try:
@@ -186,12 +187,12 @@ def _state(
     meeting = overlapping(assembly.geometry, poses, contacts.bodies)
     if meeting:
         first, second = assembly.names(np.array(meeting))
-        return f"blocks '{first}' and '{second}' meet before the supports reach their new positions"
+        return f"blocks '{first}' and '{second}' collide before the supports reach their new positions"
     assert solution.q is not None
     forces = free.problem.by_kind(solution.q)[:, kept].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
-    # The forces that hold the freed supports are the last limited forces.
+    # The forces that restrain the freed supports are the last limited forces.
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
     state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
@@ -209,5 +210,5 @@ def _without_opened_ends(problem: Problem, opened: np.ndarray) -> Problem:
 
 
 def _short(movement: tuple[float, float, float]) -> tuple[float, ...]:
-    """Return a movement without its rotation if the support does not turn."""
+    """Return a movement, without its rotation if the rotation is zero."""
     return movement if movement[2] else movement[:2]

@@ -8,7 +8,9 @@ from masonry_opt.errors import OptionError
 
 
 def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
-    """Return one number for each of the joints that can slide, shape (k,); a single number applies to all.
+    """Check an argument, and return one number for each of the joints that can slide, shape (k,).
+
+    A single number applies to all joints.
 
     Raises OptionError, which names the argument, if the value is neither a number nor an array of this shape.
     """
@@ -22,7 +24,9 @@ def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
 
 
 def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
-    """Return a vector of a given number of entries; ``meaning`` describes the entries in error messages.
+    """Check an array argument, and return it as a vector with the given number of entries.
+
+    ``meaning`` describes the entries in error messages.
 
     Raises OptionError, which names the argument, if the value is not an array of this shape.
     """
@@ -37,7 +41,7 @@ def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
     """Return a value as an array of floats. Raises OptionError if the value contains anything but numbers."""
     try:
         array = np.asarray(value)
-    except ValueError:  # NumPy raises this error for lists of unequal lengths
+    except ValueError:  # NumPy raises ValueError for nested lists of unequal lengths
         raise OptionError(f"{name} must be {needed} (found lists of unequal lengths)") from None
     if array.dtype.kind not in "iuf":
         raise OptionError(f"{name} must be {needed} (found {_described(array, value)})")

@@ -22,11 +22,11 @@ from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_propert
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: Attributes of a scene on which the equilibrium matrices depend. If one of them changes, the matrices are
+#: Attributes of a scene that determine the equilibrium matrices. If an attribute changes, the matrices are
 #: assembled again.
 _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
-#: Attributes of a scene on which the loads depend. The attributes in neither list are joint properties or
-#: text.
+#: Attributes of a scene that determine the loads, but not the matrices. All remaining attributes are joint
+#: properties or text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
 #: Largest allowed limit of a tie, prop or earth force, relative to the unit of force. With a larger limit,
@@ -43,23 +43,24 @@ class Assembly:
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
-    #: For each edge load, the length of its line along which there is no free edge of a movable block.
+    #: Length of the part of each edge load's line along which no movable block has a free edge.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
-    limited: tuple[LimitedForce, ...] = ()  #: the limited forces, in the order of their columns of B
-    at_rest: "Assembly | None" = None  #: assembly before the settlement, if supports have settled
+    #: Forces with limits, such as the forces of ties, in the order of their columns in B.
+    limited: tuple[LimitedForce, ...] = ()
+    at_rest: "Assembly | None" = None  #: assembly before the supports settled; None if no support has settled
 
     def __repr__(self) -> str:
         sizes = repr(self.problem).removeprefix("<Problem of ")
         return f"<Assembly of {self.scene.called!r}:\n {sizes}"
 
     def names(self, blocks: np.ndarray) -> list[str]:
-        """Return the names of blocks, given their indices in the scene."""
+        """Return the names of blocks, given their indices in the scene's list of blocks."""
         return [self.scene.blocks[index].name for index in blocks]
 
     def problem_names(self, legal: bool = False) -> ProblemNames:
-        """Return the names of the rows and columns of the problem's matrices, such as ``n1[A|ground]``.
+        """Return names for the rows and columns of the problem's matrices, such as ``n1[A|ground]``.
 
         Labels are in the order of the tables of a result. If ``legal`` is True, names are legal in LP files.
         """
@@ -74,7 +75,7 @@ class Assembly:
 
     @property
     def joint(self) -> np.ndarray:
-        """Return, for each joint of the problem, the index of the scene's joint that contains it.
+        """Return, for each joint of the problem, the index of the scene's joint to which it belongs.
 
         The indices are in ascending order. In space the problem's joints are contact points, and a joint of
         the scene has several.
@@ -88,22 +89,28 @@ class Assembly:
 
     @property
     def of_point(self) -> np.ndarray:
-        """Return, for each contact point, the index of the problem's joint that contains it."""
+        """Return, for each contact point, the index of the problem's joint to which it belongs."""
         of_point = np.empty(len(self.joints.joint), dtype=int)
         of_point[self.pressed] = np.arange(self.problem.joints)
         return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        """Return the scene's joints that contain the given joints of the problem, without duplicates."""
+        """Return the indices of the scene's joints that contain the given joints of the problem.
+
+        Duplicates are removed.
+        """
         joints = self.joint[indices]
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value within each joint of the scene, given values of the problem's joints."""
+        """Return the largest value within each joint of the scene.
+
+        ``values`` has one value for each joint of the problem.
+        """
         return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks at each of the given joints of the problem, once each."""
+        """Return the names of the two blocks at each given joint of the problem, without duplicates."""
         return self.pairs_of(self.joints_of(indices))
 
     def pairs_of(self, joints: np.ndarray) -> list[list[str]]:
@@ -167,7 +174,10 @@ def _assembled(
     filled: tuple[FilledPiece, ...],
     matrices: Matrices | None = None,
 ) -> Assembly:
-    """Assemble the problem of a scene from its joints; reuse the equilibrium matrices if they are passed."""
+    """Assemble the problem of a scene whose joints are known.
+
+    If ``matrices`` is passed, these equilibrium matrices are reused.
+    """
     movable = np.flatnonzero(~scene.fixed)
     pieces, bare = loaded_pieces(scene, shapes, joints)
     limited = (*struts(scene, shapes), *pressures(scene, filled))
@@ -183,7 +193,10 @@ def _assembled(
 
 
 def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
-    """Return the assembly of a scene after a settlement, from its assembly before the settlement."""
+    """Return the assembly of a scene whose supports have settled.
+
+    ``at_rest`` is the assembly before the settlement.
+    """
     scene, movable, before = at_rest.scene, at_rest.movable, at_rest.problem
     joints = state.joints_of(scene, at_rest.joints)
     shapes = state.geometry(at_rest.geometry)
@@ -211,9 +224,9 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
     # The unit of length is half the median joint length; in space, half the square root of the median joint
-    # area. In the plane, the rocking condition of a median joint is then |m| ≤ n. Moments and forces thus
-    # have equal weight in an interior-point solver (see docs/limits.md). A few large or small blocks do not
-    # change a median.
+    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n, so moments and
+    # forces have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a mean, is
+    # insensitive to a few very large or small blocks.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:
@@ -247,14 +260,17 @@ def _scaled_loads(
         dead, live = dead / scale, live / scale
     if not (np.isfinite(dead).all() and np.isfinite(live).all()):
         raise CaseError(
-            f"{scene.origin}: loads differ by more than double precision can represent: median block load "
-            f"{force_unit:.3g}; give weights and loads in the same unit"
+            f"{scene.origin}: the loads differ by more than double precision can represent (the median block "
+            f"load is {force_unit:.3g}): give weights and loads in the same unit"
         )
     return dead, live, force_unit
 
 
 def _force_unit(scene: Scene, matrices: Matrices, *loads: np.ndarray) -> float:
-    """Return the median force on a loaded block under the first nonzero load; 1 if all loads are zero."""
+    """Return the median force on a loaded block under the first nonzero load of ``loads``.
+
+    The value is 1 if all loads are zero.
+    """
     for load in loads:
         sizes = np.hypot.reduce(matrices.by_block(load)[:, : scene.dimension], axis=1)
         if sizes.any():
@@ -265,7 +281,7 @@ def _force_unit(scene: Scene, matrices: Matrices, *loads: np.ndarray) -> float:
 def with_supports_freed(
     assembly: Assembly, scene: Scene, push: np.ndarray, restraints: Sequence[LimitedForce]
 ) -> Assembly:
-    """Return the assembly of a scene in which some of the fixed blocks can move.
+    """Return the assembly of a scene in which some blocks that were fixed can move.
 
     Joints, dead loads and limited forces are those of the assembly. There are no joints between the freed
     blocks and other fixed blocks, and no dead loads on the freed blocks.
@@ -277,7 +293,7 @@ def with_supports_freed(
     scene : Scene
         The scene with the freed blocks.
     push : ndarray, shape (2,) or (3,)
-        Force at the centroid of each freed block: the only live load.
+        Force at the centroid of each freed block. It is the only live load.
     restraints : sequence of LimitedForce
         Further limited forces.
     """
@@ -308,13 +324,13 @@ def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_un
         if limit > _LARGEST_LIMIT * force_unit:
             raise CaseError(
                 f"{scene.origin}: {force.role} '{force.name}': its limit, {limit:.3g}, is more than "
-                f"{_LARGEST_LIMIT:.0e} times the median block load, {force_unit:.3g}: check the unit, or "
-                "omit 'strength' for a tie or prop that never yields"
+                f"{_LARGEST_LIMIT:.0e} times the median block load, {force_unit:.3g}: check the unit of the "
+                "limit, or omit 'strength' for a tie or prop that never yields"
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts
-    # Area of each contact on which stresses act. A corner contact has no area, so its dilatancy does not
-    # depend on stress.
+    # Area on which the stresses of each contact act. A contact at a corner has no area, so its dilatancy
+    # cannot depend on stress.
     section = shares(joints, joint) * scene.thickness
     is_corner = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))

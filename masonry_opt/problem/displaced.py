@@ -12,7 +12,9 @@ from masonry_opt.scene.rows import dots
 
 
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return the positions of points after poses: a rotation about the origin, then a translation.
+    """Return the displaced positions of points.
+
+    Each pose is a rotation about the origin, followed by a translation.
 
     Parameters
     ----------
@@ -23,7 +25,7 @@ def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return vectors rotated by poses; in space by Rodrigues' formula.
+    """Rotate vectors by the rotations of poses; in space by Rodrigues' formula.
 
     Arrays have the shapes of ``placed``.
     """
@@ -38,17 +40,19 @@ def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def moved(forces: Forces, poses: np.ndarray) -> Forces:
-    """Return forces whose points of action are moved by poses of the movable blocks.
+    """Return forces whose points of action move with the displaced blocks.
 
-    Poses have shape (b, 3), in space (b, 6).
-
-    The directions and sizes of the forces do not change.
+    The directions and sizes of the forces do not change. ``poses`` are the poses of the movable blocks, shape
+    (b, 3), in space (b, 6).
     """
     return replace(forces, point=placed(forces.point, poses[forces.block]))
 
 
 def displaced(shapes: Any, poses: np.ndarray) -> Any:
-    """Return the geometry of the blocks, plane or solid, displaced by poses of all blocks."""
+    """Return the displaced shapes of the blocks, in the plane or in space.
+
+    ``poses`` has one pose for each block.
+    """
     centroid = placed(shapes.centroid, poses)
     if isinstance(shapes, Geometry):
         corners, block = shapes.corners

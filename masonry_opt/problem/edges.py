@@ -11,18 +11,18 @@ import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-#: A linear form: the coefficient of each unknown, keyed by the unknown's index number.
+#: Linear form of numbered unknowns: a dictionary from the number of each unknown to its coefficient.
 Form = dict[int, float]
 
-#: Magnitude below which a coefficient of B counts as zero. Entries of B are near one, and smaller entries are
-#: rounding errors.
+#: Magnitude below which an entry of B counts as zero. Entries of B are near one; smaller entries are rounding
+#: errors.
 _ZERO_COEFFICIENT = 1e-14
 
 
 class EdgeFactors:
-    """Static and kinematic equations of a plane problem, as linear forms in numbered unknowns.
+    """Static and kinematic equations of a plane problem, as linear forms of numbered unknowns.
 
-    An unknown, or the constant 1, is called a *factor*.
+    The unknowns and the constant 1 are called *factors*, because the relaxation multiplies them.
 
     - Statics: x₂ = n₁, x₃ = n₂ and z₀ of each joint, then λ, then 1. Here z₀ is the slack of sliding in the
       positive sense, or the shear s if the joint cannot slide.
@@ -48,26 +48,26 @@ class EdgeFactors:
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        # Friction, cohesion and dilatancy of all joints; zero for joints that cannot slide.
+        # Friction, cohesion and dilatancy of each joint; zero for a joint that cannot slide.
         properties = np.zeros((3, c))
         properties[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = properties.tolist()
         self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
-        """Return the index numbers of a joint's force unknowns."""
+        """Return the numbers of a joint's force unknowns."""
         return range(3 * joint, 3 * joint + 3)
 
     def rates_of(self, joint: int) -> range:
-        """Return the index numbers of a joint's rate unknowns."""
+        """Return the numbers of a joint's rate unknowns."""
         return range(4 * joint, 4 * joint + (4 if self._slides[joint] else 2))
 
     def velocities_of(self, block: int) -> range:
-        """Return the index numbers of a block's velocity unknowns."""
+        """Return the numbers of a block's velocity unknowns."""
         return self.velocities[self._rows_per_block * block :][: self._rows_per_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
-        """Return pairs of a force unknown of the first joint and a rate unknown of the second joint.
+        """Return all pairs of a force unknown of the first joint and a rate unknown of the second joint.
 
         Pairs whose product is zero by complementarity are left out.
         """
@@ -75,15 +75,16 @@ class EdgeFactors:
         return (pair for pair in pairs if pair not in self.at_rest)
 
     def motion_of(self, joint: int) -> list[int]:
-        """Return the index numbers of the velocity unknowns of all blocks that touch a joint."""
+        """Return the numbers of the velocity unknowns of all blocks at a joint."""
         blocks = np.flatnonzero(self._touches[:, joint]).tolist()
         return [e for block in blocks for e in self.velocities_of(block)]
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
-        """Return the slacks of sliding in the negative sense, z₁ = 2 (c + μ n) − z₀ ≥ 0, as linear forms.
+        """Return the slack z₁ of sliding in the negative sense of each joint, as a linear form.
 
-        The key of each form is the rate p₁ that is complementary to it.
+        The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0. The key of each form is the number of the rate p₁, which is
+        complementary to the slack.
         """
         forms = {}
         for j in self.problem.sliding.tolist():
@@ -110,9 +111,9 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Yield the compatibility equations Aᵀd − G v = 0, with v = (u, p); each joint has three.
+        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0 with v = (u, p).
 
-        The three equations are those of the openings of the joint's two edges and of its slip.
+        The first two equations are the openings of the joint's two edges; the third is its slip.
         """
         for j in range(self.problem.joints):
             rates = self.rates_of(j)
@@ -126,7 +127,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening (Aᵀd) of each edge that can only open, and the index number of its rate u.
+        """Yield the opening Aᵀd of each edge that can only open, with the number of its rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """
@@ -136,19 +137,25 @@ class EdgeFactors:
                     yield self._motion(j, edge), 4 * j + edge
 
     def live_work(self) -> Form:
-        """Return the work condition f_L·d − Σ|f_L| = 0."""
+        """Return the normalisation of the live load's work, f_L·d − Σ|f_L| = 0, as a linear form."""
         live = self.problem.live
         form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
         return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
-        """Return a joint's edge opening (kind 0 or 1) or slip (kind 2) as a form in the velocities."""
+        """Return one motion of a joint as a linear form of the velocities.
+
+        Kinds 0 and 1 are the openings of the joint's edges; kind 2 is its slip.
+        """
         column = self._columns[kind][:, joint]
         rows = np.flatnonzero(np.abs(column) > _ZERO_COEFFICIENT)
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """Return the joint forces q, shape (3c,), given the unknowns x₂, x₃ and z₀ (or s) of each joint."""
+        """Return the joint forces q, shape (3c,), from the force unknowns of the relaxation.
+
+        The unknowns are x₂, x₃ and z₀ of each joint, or x₂, x₃ and s of a joint that cannot slide.
+        """
         problem = self.problem
         x2, x3, last = y.reshape(-1, 3).T.copy()
         n = x2 + x3
@@ -157,7 +164,7 @@ class EdgeFactors:
         return np.concatenate([x2, x3, last])
 
     def in_edges(self, p: np.ndarray) -> np.ndarray:
-        """Convert rates p of all yield conditions to the rates u₂, u₃, p₀, p₁ of each joint, shape (4c,).
+        """Convert the rates p of all yield conditions to rates u₂, u₃, p₀, p₁ of each joint, shape (4c,).
 
         The rates p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
         """

@@ -1,7 +1,7 @@
 """Define the yield conditions of a problem and the index conventions of the plane and of space.
 
-A yield condition is one row of z = C q + c ≥ 0, called a *face* here. The module also has the chords that
-stand for the parabola of limited compressive strength in linear programs.
+A yield condition is one row of z = C q + c ≥ 0, called a *face* here. The module also defines chords, by
+which linear programs approximate the parabola of limited compressive strength.
 """
 
 from dataclasses import dataclass
@@ -14,16 +14,18 @@ import scipy.sparse as sp
 from masonry_opt.brief import brief
 
 #: Number of chords on each side of the vertex of the moment parabola. More chords approximate the parabola
-#: better and enlarge the linear programs.
+#: better, but enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of additional knots that subdivide the first chord. With more knots, the approximation is accurate
-#: at lower stresses.
+#: Number of additional knots that subdivide the first chord. More knots make the approximation more accurate
+#: at low stresses.
 _LOW_KNOTS = 4
 
 
 class ChordCoefficients(NamedTuple):
-    """Lines m ≤ L/2 (slope · n + constant · f_c L) that bound the moment of a joint of limited strength.
+    """Coefficients of the chords m ≤ L/2 (slope · n + constant · f_c L) of the moment parabola.
+
+    The chords bound the moment of a joint of limited strength.
 
     The lines, shape (chords,) each, form a polygon inside the parabola |m| ≤ n (L/2 − n / (2 f_c)), so that
     linear programs can represent it. The first line passes through the origin. An associative λ by the chords
@@ -50,16 +52,16 @@ _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 #: All knots, from x = 0 to x = 1.
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
-#: The chords between neighbouring knots.
+#: Coefficients of the chords between neighbouring knots.
 CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
-#: Largest relative error of the moment by chords instead of the parabola. The chords next to the vertex reach
-#: this error.
+#: Largest relative error of the moment limit if chords replace the parabola. The error is largest at the
+#: chords next to the vertex.
 MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the chord rates p ≥ 0 that produce a given motion of joints with the least dissipation.
+    """Return the chord rates p ≥ 0 that cause a given motion of joints with the least dissipation.
 
     Parameters
     ----------
@@ -78,15 +80,16 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     turning = np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
-    # The ratio of opening to rotation lies between the slopes of the chords `after - 1` and `after`.
+    # The ratio of opening to rotation is between the slopes of the chords `after - 1` and `after`, so these
+    # two chords share the motion.
     after = (opening[:, None] < slope * turning[:, None]).sum(axis=1)
     inner = (after > 0) & (after < len(slope))
     i, k = joints[inner], after[inner]
     share = (opening[i] - slope[k] * turning[i]) / (slope[k - 1] - slope[k])
     p[sense[i], i, k - 1] = share
     p[sense[i], i, k] = turning[i] - share
-    # In the remaining joints, the ratio of opening to rotation is above the slope of the first chord or below
-    # the slope of the last chord.
+    # In the remaining joints, the ratio of opening to rotation is outside the range of slopes, so only the
+    # first or the last chord has a rate.
     for end, beyond in ((0, joints[after == 0]), (-1, joints[after == len(slope)])):
         total = opening[beyond] / slope[end]
         p[:, beyond, end] = np.stack([total - rotation[beyond], total + rotation[beyond]]) / 2
@@ -102,7 +105,9 @@ def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the energy that crushing by the parabola dissipates, divided by f_c L, shape (joints,).
+    """Return the energy that joints dissipate by crushing, divided by f_c L, shape (joints,).
+
+    The strength is limited by the parabola.
 
     It is the largest value of |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1. Opening and rotation are those
     of :func:`chord_rates`.
@@ -120,23 +125,24 @@ FORCE_COMPONENTS = 3
 
 @dataclass(frozen=True)
 class Layout:
-    """Array sizes and index conventions of plane problems.
+    """Array sizes and index conventions of problems in the plane.
 
     :class:`SpaceLayout` overrides them for space.
     """
 
-    #: Unit shear force that resists each sense of sliding, shape (senses, dimension − 1). In the plane these
-    #: are +1 and −1. In space they are directions at equal angles; the first lies half of this angle from the
-    #: tangent.
+    #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1). In
+    #: the plane the senses are +1 and −1. In space they are directions at equal angles; the angle between the
+    #: joint's tangent and the first direction is half as large.
     senses: np.ndarray
-    factor: float = 1.0  #: available shear in each sense, relative to the shear limit c + μ n
-    word: str = ""  #: name of the friction polygon in results; empty in the plane, which has no polygon
+    factor: float = 1.0  #: shear that is available in each sense, divided by the shear limit c + μ n
+    #: Name of the friction polygon in results; empty in the plane, where friction needs no polygon.
+    word: str = ""
 
-    dimension: ClassVar[int] = 2  #: components of a force
+    dimension: ClassVar[int] = 2  #: number of components of a force vector
     #: Number of rows of a block in B: ``dimension`` forces, then the moments about its centroid.
     rows: ClassVar[int] = 3
-    #: Number of contact points of a joint. Each point has a normal force; the other force components of a
-    #: joint are shears.
+    #: Number of contact points of a joint. Each contact point has one normal force. The remaining force
+    #: components of a joint are shears.
     points: ClassVar[int] = 2
     round: ClassVar[bool] = False  #: True if friction is a cone, approximated by a polygon (in space)
     called: ClassVar[str] = "joints"  #: name of the problem's joints in printed results
@@ -144,14 +150,14 @@ class Layout:
     __repr__ = brief
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of sliding in each sense, shape (senses, k), that add up to given slips.
+        """Return the rates of sliding in each sense that produce given slips, shape (senses, k).
 
         The slips have shape (dimension − 1, k).
         """
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the absolute values of all components of a load, shape (b, rows)."""
+        """Return the sum of the absolute values of all components of a load of shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
@@ -168,7 +174,9 @@ class SpaceLayout(Layout):
     called = "contacts"
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of sliding in each sense, shape (senses, k), that add up to slips of shape (2, k).
+        """Return the rates of sliding in each sense that produce given slips, shape (senses, k).
+
+        The slips have shape (2, k).
 
         Only the one or two senses next to the direction of each slip have a rate.
         """
@@ -185,7 +193,7 @@ class SpaceLayout(Layout):
         return rates
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum over blocks of the magnitudes of force and moment of a load, shape (b, 6).
+        """Return the sum of the magnitudes of all block forces and block moments of a load of shape (b, 6).
 
         Magnitudes do not depend on the axes.
         """
@@ -193,13 +201,13 @@ class SpaceLayout(Layout):
         return float((forces + moments).sum())
 
 
-#: Layout of the plane: a block has forces in x and y and one moment; a joint has a normal force at each end
-#: and one shear.
+#: Index conventions of the plane: a block has forces in x and y and one moment; a joint has a normal force at
+#: each end and one shear.
 PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 
 def space(sides: int) -> Layout:
-    """Return the layout of space, with a friction polygon of the given number of sides.
+    """Return the index conventions of space, with a friction polygon of the given number of sides.
 
     The polygon lies inside the friction cone. Each side is ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. One
     corner of the polygon lies along the tangent. If the number of sides is a multiple of 4, a corner lies
@@ -210,16 +218,18 @@ def space(sides: int) -> Layout:
     return SpaceLayout(senses, float(np.cos(np.pi / sides)), f"polygon of {sides} sides")
 
 
-#: Two masks of the limited forces, shape (t,) each: forces with a lower limit, and forces with an upper
-#: limit.
+#: Two boolean masks of the limited forces, shape (t,) each. The first marks forces with a lower limit, the
+#: second forces with an upper limit.
 Bounded = tuple[np.ndarray, np.ndarray]
 
 
 class Faces:
-    """Yield conditions of c joints, of which k can slide and l can crush, and of t limited forces.
+    """Yield conditions of all joints and limited forces; each condition is called a *face*.
 
-    The conditions serve every form of the joint laws. A *face* is one yield condition; its slack is a force.
-    Every array over faces has this order:
+    The problem has c joints, of which k can slide and l can crush, and t limited forces.
+
+    The conditions are used with every form of the joint laws. The slack of a face is a force. Every array
+    over faces has this order:
 
     1. sliding (+) of the k joints that can slide, then sliding (−); in space one group for each sense,
     2. rocking (n₁ ≥ 0) of all c joints, then rocking (n₂ ≥ 0),
@@ -265,7 +275,9 @@ class Faces:
 
     @cached_property
     def R(self) -> sp.csr_array:
-        """Return the yield matrix without its sliding rows, shape (2c + chords + limits, 3c + t).
+        """Return the yield conditions of rocking, crushing and force limits as rows of a matrix.
+
+        The matrix is C without its sliding rows, shape (2c + chords + limits, 3c + t).
 
         - Rocking: 2 n₁ of every joint (the paper's n L/2 − m, divided by L/2), then 2 n₂; in space n.
         - Crushing: 2 n₁ − (1 − a) n for each chord of slope a, then 2 n₂ − (1 − a) n.
@@ -284,7 +296,7 @@ class Faces:
 
     @cached_property
     def L(self) -> sp.csr_array:
-        """Return the rows of the yield matrix for the limits of limited forces, shape (limits, 3c + t)."""
+        """Return the rows of the yield matrix for the bounds of limited forces, shape (limits, 3c + t)."""
         return self.R[self.chords.stop - self.slides.stop :]
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
@@ -293,8 +305,8 @@ class Faces:
         ``slope``, shape (k,), is that of the shear limits: the increase of the limit per unit of normal
         force.
         """
-        # The sparse arrays are filled directly. Sparse products and sums would dominate the time to check a
-        # certificate.
+        # The code fills the sparse arrays directly, because sparse products and sums would dominate the time
+        # to check a solution.
         k = len(self.sliding)
         rest = self.R
         senses, shears = self.layout.senses.shape
@@ -334,18 +346,18 @@ class Faces:
         return np.concatenate([sliding, rocking, np.tile(self._joint_of_chord, points)])
 
     def slip_speed(self, p: np.ndarray) -> np.ndarray:
-        """Return the slip speed of the joints that can slide, shape (k,), for rates p, shape (faces,)."""
+        """Return the slip speed of each joint that can slide, shape (k,), from rates p of shape (faces,)."""
         senses = self.layout.senses
         return np.hypot.reduce(np.abs(senses.T @ p[self.slides].reshape(len(senses), -1)), axis=0)
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions at both points of joints, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions at each contact point, shape (2, l, chords)."""
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 
     @cached_property
     def turning(self) -> np.ndarray:
-        """Return the indices of the rocking conditions of the joints that can crush, shape (2, l)."""
+        """Return the indices of the rocking conditions of the joints of limited strength, shape (2, l)."""
         return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 

@@ -20,26 +20,26 @@ from masonry_opt.scene.scene import Scene
 #: earth pressure would act on level edges whose coordinates are rounded.
 _LEVEL_EDGE_TOLERANCE = 1e-9
 
-#: Number of Gauss points in each piece of a uniform load. With more points loads that spread through fill are
-#: more accurate and take longer.
+#: Number of Gauss points in each piece of a uniform load. With more points, loads that spread through fill
+#: are more accurate but take longer to compute.
 _GAUSS_POINT_COUNT = 4
-#: Number of equal parts of a road over fill, at whose ends uniform loads are divided. With more parts loads
-#: that spread through fill are more accurate and take longer.
+#: Number of equal parts into which a road over fill is divided for uniform loads. With more parts, loads that
+#: spread through fill are more accurate but take longer to compute.
 _ROAD_DIVISIONS = 200
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(_GAUSS_POINT_COUNT)
 
 
 @dataclass(frozen=True)
 class FilledPiece:
-    """Straight piece of a block's edge in contact with a fill, below a straight piece of the road."""
+    """Straight piece of a block's edge that a fill touches, below a straight piece of the road."""
 
     fill: int  #: index in the scene's fills
     block: int  #: index in the scene's blocks
     edge: int  #: index in the geometry's edges
     ends: np.ndarray  #: ends relative to the geometry's origin, with the block on the left, shape (2, 2)
     depth: np.ndarray  #: depth of the ends below the road, shape (2,)
-    stress: np.ndarray  #: vertical stress σ of the fill above the ends, shape (2,)
-    zone: int = 0  #: zone in which the piece lies: 0 for the fill, 1 for its backing
+    stress: np.ndarray  #: vertical stress σ from the fill, at the two ends, shape (2,)
+    zone: int = 0  #: zone of the fill that touches the piece: 0 for the soil, 1 for its backing
 
     __repr__ = brief
 
@@ -57,7 +57,7 @@ class FilledPiece:
 
 
 def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
-    """Return the uppermost block edges below the road of a fill.
+    """Return the profile of uppermost block edges below the road of a fill.
 
     ``number`` is the index of the fill. Raises CaseError if the road runs through a block, or there is no
     block below a part of it.
@@ -69,7 +69,7 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
         start, end = profile.x[uncovered[0]] + shapes.origin[0]
         raise CaseError(
             f"{scene.origin}: fill no. {number + 1} has no block below it from x = {start:.6g} to "
-            f"{end:.6g}: end its road there, or add a fixed block as ground"
+            f"{end:.6g}: choose a road that has blocks below it everywhere, or add a fixed block as ground"
         )
     return profile
 
@@ -77,8 +77,8 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
 def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     """Return the pieces of block edges that the fills of a scene touch, on movable and fixed blocks.
 
-    These are the uppermost edges below the road, and the upright faces between neighbouring ones of different
-    height. Raises CaseError if a fill touches no movable block, and as :func:`profile_of` does.
+    A fill touches the uppermost edges below its road, and the upright faces between two neighbouring edges of
+    different height. Raises CaseError if a fill touches no movable block, and as :func:`profile_of` does.
     """
     pieces_of_all: list[FilledPiece] = []
     for number in range(len(scene.fills)):
@@ -115,8 +115,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # An upright face has its block on the left and the fill on the right. Test a point slightly to the right
-    # of the face, because a backing that ends at the face may lie on its other side.
+    # The block of an upright face is on its left and the fill is on its right. The test point is moved
+    # slightly to the right, because a backing that ends at the face may be on either side.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -137,18 +137,18 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         middle = at[:, 0].mean() + offset
         height = line_height(share)
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
-        # Height of the backing above both ends of the piece; the remaining depth is fill.
+        # Height of the backing above both ends of the piece. Soil fills the remaining depth.
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
         yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield the index, the ends and the depths of each upright block edge that a fill touches."""
+    """Yield the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Heights of the edges to the left and right of each boundary between edges. The heights are infinite
-    # beyond the ends of the road, where there is no fill.
+    # Heights of the edges to the left and right of each boundary between two edges. Beyond the ends of the
+    # road, where there is no fill, the height is infinite.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -157,7 +157,7 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
         edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
-        # A block lies to the left of its directed edges, so an edge runs upwards if the fill is on its right.
+        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on its right.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
@@ -166,7 +166,7 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
-    """Return the forces and moments that the weight of fills exerts on each block of the scene, by kind.
+    """Return the forces and moments from the weight of fills on each block, by kind of load.
 
     The arrays of the kinds "dead" and "live" have shape (blocks, 3), in the scene's units. In an earthquake
     the mass of the fill pushes the blocks too.
@@ -180,8 +180,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
     for piece in pieces:
         across, up = piece.ends[1] - piece.ends[0]
         if scene.fills[piece.fill].weight and across:
-            # The weight on an inclined piece is that of the fill above the horizontal projection of the
-            # piece.
+            # An inclined piece carries the fill above its horizontal projection.
             per_length = scene.thickness * piece.stress * abs(across) / np.hypot(across, up)
             for kind, direction in per_weight.items():
                 acting = np.outer(per_length, direction)
@@ -190,7 +189,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """Yield the horizontal earth pressure of fills as limited forces, one for each piece that is not level.
+    """Yield the horizontal earth pressure on each piece that is not level, as a limited force.
 
     The resultant on a piece of a movable block lies between K_a and m K_p times the vertical stress over the
     height of the piece (Rankine), times the factor of the load case.
@@ -199,11 +198,11 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
             vertical = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
-            # Position of the resultant of a linearly varying pressure, as a fraction of the length of the
-            # piece.
+            # Position of the resultant of the pressure, which varies linearly, as a fraction of the length of
+            # the piece.
             share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             point = (1 - share) * piece.ends[0] + share * piece.ends[1]
-            # The block lies to the left of its edge.
+            # The block is on the left of its edge.
             inward = np.array([-1.0 if piece.ends[1, 1] > piece.ends[0, 1] else 1.0, 0.0])
             active, _, passive = fill.zones[piece.zone].coefficients
             name = f"fill {piece.fill + 1}|{block.name}"
@@ -212,7 +211,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 
 
 class Road:
-    """Road line over the blocks of a scene in the plane, with the block edges below it.
+    """Road line over the blocks of a plane scene, which distributes loads to the blocks below.
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
@@ -249,7 +248,7 @@ class Road:
         if not self._movable[self._block[self._block >= 0]].any():
             raise CaseError(
                 f"{scene.origin}: no movable block lies under {called} from {list(line[0])} to "
-                f"{list(line[-1])}: give the points of a line above movable blocks"
+                f"{list(line[-1])}: choose points of a line above movable blocks"
             )
         self._fills = [
             (profile_of(scene, shapes, number), math.tan(math.radians(fill.spread)))
@@ -262,19 +261,19 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
         pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
-        # Fill carries loads to blocks at some distance, so that long pieces are divided too.
+        # If fill spreads loads to distant blocks, the road is also divided into equal parts.
         evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
         self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 
     def on_blocks(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """Return the resultants of vertical loads on each of the scene's blocks, shape (blocks, 3).
+        """Return the resultants of vertical point loads on each of the scene's blocks, shape (blocks, 3).
 
         The columns are the sums of fx and fy and their moment about the centroid. The loads, shape (loads,),
         are positive downwards and act at abscissae x, shape (loads,).
         """
         total = np.zeros((len(self._centroid), 3))
-        # Index of the road section straight below each load. A load at a boundary belongs to the section on
-        # its right.
+        # Index of the road section directly below each load. A load at a boundary between two sections
+        # belongs to the section on its right.
         piece = np.searchsorted(self._starts, x, side="right") - 1
         block = self._block[np.clip(piece, 0, len(self._block) - 1)]
         at = x - self._origin
@@ -315,11 +314,13 @@ class Road:
 
 
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of each vertical point load that acts on each edge piece, and its first moment.
+    """Distribute vertical point loads on a fill to the pieces of edges below.
 
-    A load spreads in rays to both sides, and each ray acts on the first edge that it meets. With t the
-    tangent of a ray to the vertical, the load is uniform over |t| ≤ ``tangent``, so that the pressure on a
-    level plane is uniform. A ray that meets an upright face or the end of the fill goes straight down there.
+    The function returns the share of each load that acts on each piece, and its first moment.
+
+    A load spreads in rays to both sides, and each ray acts on the first edge that it reaches. The load is
+    uniform over the tangents t of the rays to the vertical, |t| ≤ ``tangent``, so the pressure on a level
+    plane is uniform. A ray that reaches an upright face or the end of the fill continues straight down.
 
     Parameters
     ----------
@@ -348,42 +349,48 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shares of loads that spread to one side, and their first moments about the loads.
+    """Return the share of each load that spreads to one side, and its first moment about the load.
 
-    The near and far ends of successive pieces lie u beside and h below the load, shape (loads, pieces, 2).
-    The results have shape (loads, pieces).
+    The results have shape (loads, pieces), with one entry for each piece of an edge.
+
+    ``u`` and ``h`` are the horizontal and vertical distances of the near and far ends of successive pieces
+    from the load, shape (loads, pieces, 2).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # Each piece is cut at the position of the load; the part behind the load belongs to the other side.
+    # Each piece is cut at the position of the load. The part behind the load is computed with the opposite
+    # side.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Tangents of the rays to both ends of each piece, limited to the tangent of the angle of spread.
+    # Tangents of the rays to both ends of each piece, but at most the tangent of the angle of spread.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays with a tangent up to `before` meet earlier pieces. Rays up to `after` meet this piece or an earlier
-    # piece.
+    # Rays with a tangent up to `before` reach earlier pieces. Rays with a tangent up to `after` reach this
+    # piece or an earlier one.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Positions from 0 to 1 on each piece at which the first and the last ray meet it. The density of the rays
-    # along the piece is proportional to 1 / h²; the resultant acts at the centroid of this density.
+    # Positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece. The density of
+    # the rays along the piece is proportional to 1 / h², and the resultant acts at the centroid of this
+    # density.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
-    # Rays that meet an upright face act at the far end of the preceding piece.
+    # Rays that reach an upright face act at the far end of the piece before the face.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]
     stopped[:, -1] = tangent - after[:, -1]
     return (meets + stopped) / (2 * tangent), (meets * at + stopped * u1) / (2 * tangent)
 
 
 def _centre(h0: np.ndarray, h1: np.ndarray) -> np.ndarray:
-    """Return the centroid (∫ s / h² ds) / (∫ 1 / h² ds) over 0 ≤ s ≤ 1, with h linear from h0 to h1.
+    """Return the centroid s of the density 1 / h² over 0 ≤ s ≤ 1, with h linear from h0 to h1.
+
+    The centroid is (∫ s / h² ds) / (∫ 1 / h² ds).
 
     A Taylor series replaces the closed form if h0 and h1 are nearly equal.
     """

@@ -1,7 +1,7 @@
 """Define the laws of joints: friction by a polygon or a cone, strength by chords or a parabola.
 
-A cone or parabola keeps the faces of its polygon or chords (see :class:`~.faces.Faces`) as unknowns. Its
-slacks and its energy are evaluated on the curve.
+A problem with a cone or a parabola has the same unknowns as with a polygon or chords (see
+:class:`~.faces.Faces`). Only its slacks and energies are evaluated on the curve.
 """
 
 from dataclasses import dataclass, field
@@ -14,20 +14,21 @@ from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
 class _Limited:
-    """Base class of friction and strength laws, which evaluate slacks and energies."""
+    """Base class of the friction laws and the strength laws, which evaluate slacks and energies."""
 
-    conic = False  #: True if the law is a curve (cone or parabola), which needs a conic solver
+    conic = False  #: True if the limit is a curve (a cone or a parabola), which needs a conic solver
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
 
 
 class Sides(_Limited):
-    """Coulomb friction with cohesion, as one linear condition for each sense e of sliding.
+    """Coulomb friction with cohesion, written as one linear condition for each sense of sliding.
 
         factor (c + μ n) − e·s ≥ 0
 
-    In space the senses are the sides of a polygon inside the friction cone.
+    Here e is the unit vector of the sense, and s the shear force. In space the senses are the sides of a
+    polygon inside the friction cone.
     """
 
     @property
@@ -36,9 +37,10 @@ class Sides(_Limited):
         return self.layout.word
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint: the energy of sliding with a shear below its limit.
+        """Return the complementarity error of each joint in sliding.
 
-        The shape is (senses, k) for linear conditions and (k,) for a cone.
+        The error is the energy of sliding while the shear is below its limit. The shape is (senses, k) for
+        linear conditions and (k,) for a cone.
 
         Parameters
         ----------
@@ -73,7 +75,7 @@ class Cone(Sides):
         return self._limit(n) - np.hypot(*shears)
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint that slides on the cone, shape (k,).
+        """Return the complementarity error of each joint that slides on the friction cone, shape (k,).
 
         See :meth:`Sides.energies`.
         """
@@ -89,14 +91,18 @@ class Cone(Sides):
 
 
 class Chords(_Limited):
-    """Limited compressive strength, as chords of the moment parabola (see :data:`~.faces.CHORDS`)."""
+    """Limited compressive strength, approximated by chords of the moment parabola.
+
+    The coefficients of the chords are :data:`~.faces.CHORDS`.
+    """
 
     word = "chords"
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint: the energy of crushing below the strength.
+        """Return the complementarity error of each joint in crushing.
 
-        The shape is (2, l, chords) for chords and (l,) for the parabola.
+        The error is the energy of crushing while the joint is below its strength. The shape is (2, l, chords)
+        for chords and (l,) for the parabola.
 
         Parameters
         ----------
@@ -109,16 +115,19 @@ class Chords(_Limited):
 
 
 class Parabola(Chords):
-    """Limited compressive strength, as the parabola 2 n₁, 2 n₂ ≥ n² / (f_c L).
+    """Limited compressive strength by the exact parabola |m| ≤ L/2 (n − n² / (f_c L)) of the paper.
 
-    This is the paper's |m| ≤ L/2 (n − n² / (f_c L)).
+    In normal forces at the contact points, the condition is 2 n₁, 2 n₂ ≥ n² / (f_c L).
     """
 
     conic = True
     word = "parabola"
 
     def slacks(self, at_points: np.ndarray) -> np.ndarray:
-        """Return the slack at both points of each joint, shape (2, l), which all chords of a point share."""
+        """Return the slack of crushing at both contact points of each joint, shape (2, l).
+
+        All chords of a contact point have this slack.
+        """
         slacks: np.ndarray = self.layout.points * at_points
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
@@ -136,13 +145,13 @@ class Parabola(Chords):
 
 
 class Forms(NamedTuple):
-    """The two classes that evaluate the friction law and the strength law."""
+    """Pair of classes: the first evaluates the friction law, the second evaluates the strength law."""
 
     friction: type[Sides] = Sides
     strength: type[Chords] = Chords
 
 
-#: Laws for linear programs: friction by a polygon, strength by chords.
+#: Law classes for linear programs: friction by a polygon, strength by chords.
 BY_FACES = Forms()
 
 
@@ -150,13 +159,15 @@ BY_FACES = Forms()
 class Law:
     """Friction and strength of the joints, and limits of the limited forces, in dimensionless units."""
 
-    sliding: np.ndarray  #: indices of the joints that can slide (friction is limited), shape (k,)
+    #: Indices of the joints that can slide, because their friction is limited, shape (k,).
+    sliding: np.ndarray
     friction: np.ndarray  #: friction coefficient μ of the joints that can slide, shape (k,)
-    #: Cohesion of the joints that can slide, as a force (stress × joint area), shape (k,).
+    #: Cohesion of the joints that can slide, as a force (cohesive stress × joint area), shape (k,).
     cohesion: np.ndarray
     dilatancy: np.ndarray  #: dilatancy tan φ₀ of the joints that can slide, shape (k,)
-    #: Two normal forces of each joint that can slide, shape (k, 2): the dilatancy is full up to the first and
-    #: zero from the second. Both are ``inf`` if the dilatancy does not depend on the normal force.
+    #: Range of normal forces over which the dilatancy of each sliding joint falls to zero, shape (k, 2). The
+    #: dilatancy is full up to the first force and zero from the second force. Both are ``inf`` if the
+    #: dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: normal force f_c L at which the whole joint crushes, shape (l,)
@@ -171,14 +182,14 @@ class Law:
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:
-        """Return True if the dilatancy of some joint falls with its normal force."""
+        """Return True if the dilatancy of at least one joint falls with its normal force."""
         return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """Return the dilatancy tan φ₀ under given normal forces, shape (k,), by section 6.5 of the paper.
+        """Return the dilatancy tan φ₀ of each joint that can slide, under given normal forces, shape (k,).
 
-        The result has one value for each joint that can slide. ``n`` are the normal forces of all joints,
-        shape (c,). The dilatancy falls linearly between the two forces of ``dilatancy_force``.
+        ``n`` are the normal forces of all joints, shape (c,). By section 6.5 of the paper, the dilatancy
+        falls linearly between the two forces of ``dilatancy_force``.
         """
         depends = np.isfinite(self.dilatancy_force[:, 1])
         full, none = self.dilatancy_force[depends].T

@@ -1,7 +1,7 @@
 """Model limited forces: forces of ties, props, earth and freed supports.
 
-A limited force T has one column of B and no friction. It has two yield conditions:
-``T − lowest ≥ 0`` and ``highest − T ≥ 0``.
+A limited force T is a scalar force between two bounds. It has one column in B and two yield conditions,
+``T − lowest ≥ 0`` and ``highest − T ≥ 0``. Friction does not apply to it.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from masonry_opt.scene.scene import Scene
 
 
 class Role(StrEnum):
-    """Kinds of limited forces."""
+    """Kinds of limited forces: forces of ties, props, earth pressure and freed supports."""
 
     TIE = "tie"
     PROP = "prop"
@@ -31,12 +31,12 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Action:
-    """Force and moment that one unit of a limited force exerts on a block."""
+    """Force and moment on one block per unit of a limited force."""
 
-    block: int  #: index of the block in the scene; −1 for the ground
-    point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (dim,)
+    block: int  #: index of the block in the scene; −1 if the force acts on the ground
+    point: np.ndarray  #: point of action in coordinates relative to the origin of the shapes, shape (dim,)
     force: np.ndarray  #: force per unit of T, shape (dim,)
-    #: Additional moment per unit of T, shape (1,), in space (3,); 0 for none.
+    #: Additional moment on the block per unit of T, shape (1,), in space (3,). The value 0 means no moment.
     couple: np.ndarray | float = 0.0
 
     __repr__ = brief
@@ -46,9 +46,9 @@ class Action:
 class LimitedForce:
     """A force T with a lower and an upper limit, in the scene's unit of force."""
 
-    role: Role  #: kind of force; T > 0 is tension of a tie or compression of a prop
+    role: Role  #: kind of force; T is positive for tension of a tie and for compression of a prop
     name: str  #: name of the force in results
-    actions: tuple[Action, ...]  #: its actions on blocks, per unit of T
+    actions: tuple[Action, ...]  #: actions of the force on blocks, per unit of T
     lowest: float = -inf  #: lower limit of T
     highest: float = inf  #: upper limit of T
 
@@ -86,8 +86,8 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
     CaseError
         If an end does not lie in its block, or both ends are at one point.
     """
-    # A fixed block named "ground" represents the whole ground, so an end on the ground need not lie in the
-    # block.
+    # A fixed block named "ground" represents the whole ground. An end on the ground may therefore be outside
+    # the block.
     number_of = {
         block.name: number
         for number, block in enumerate(scene.blocks)
@@ -109,7 +109,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: give "
+                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: use "
                     f"a point inside '{name}' or on its outline, or name the block of this point in 'between'"
                 )
         along = points[1] - points[0]
@@ -117,7 +117,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         if length <= shapes.tolerance:
             raise CaseError(
                 f"{scene.origin}: {role} between {list(strut.between)}: the distance of its ends is below "
-                f"the tolerance, {shapes.tolerance:.3g}: give two distinct points"
+                f"the tolerance, {shapes.tolerance:.3g}: use two distinct points"
             )
         towards = (along if role is Role.TIE else -along) / length
         actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))

@@ -17,17 +17,17 @@ from masonry_opt.scene.rows import dots, lengths, spaces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import AnyBlock
 
-#: Kind of a force in the scene ("weight", "dead" or "live"), and its load group.
+#: Group of forces: their kind in the scene ("weight", "dead" or "live") and the name of their load group.
 _Group = tuple[str, str | None]
 
 
 class _GivenForce(NamedTuple):
-    """Force on a block as specified in the scene, without the factors of the load case."""
+    """Force on a block as specified in the scene, before the factors of the load case apply."""
 
     row: int  #: index of the force's block among the movable blocks
     force: np.ndarray  #: force vector, shape (dim,)
     at: Sequence[float] | None  #: point of action; None for the centroid
-    #: Weight that an earthquake accelerates; None for the component of the force along gravity.
+    #: Weight whose mass an earthquake accelerates; None for the component of the force along gravity.
     mass: float | None
 
 
@@ -41,7 +41,7 @@ class Forces:
     block: np.ndarray  #: index of the movable block on which each force acts, shape (f,)
     force: np.ndarray  #: force vectors in the scene's unit of force, shape (f, dim)
     point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (f, dim)
-    couple: np.ndarray  #: additional moment on each movable block, shape (b, 1), in space (b, 3)
+    couple: np.ndarray  #: Additional moment on each movable block, shape (b, 1), in space (b, 3).
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
         """Return the resultant of the forces on each block about its centroid, shape (3b,).
@@ -55,7 +55,7 @@ class Forces:
 
 
 def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the moments of forces about a point, given their lever arms; shape (f, 1), in space (f, 3).
+    """Return the moments of forces about a point, given the lever arms; shape (f, 1), in space (f, 3).
 
     Arms and forces have shape (f, dim).
     """
@@ -83,8 +83,8 @@ class Loads:
 
     - ``weight``: the weights of the blocks.
     - ``dead``: further dead forces.
-    - ``live``: live forces. In a tilted scene these are the weights, turned a quarter from gravity. In an
-      earthquake they are the masses times its acceleration.
+    - ``live``: live forces. In a tilted scene they are the weights, turned by 90° from gravity. In an
+      earthquake they are the masses times the ground acceleration.
     """
 
     weight: Forces
@@ -93,7 +93,7 @@ class Loads:
 
 
 def weights(scene: Scene, shapes: Extents, movable: np.ndarray) -> np.ndarray:
-    """Return the weights of the blocks with the given indices, shape (b,)."""
+    """Return the weights of the blocks with the indices ``movable``, shape (b,)."""
     instead = {load.block: load.weight for load in scene.loads if load.weight is not None}
     blocks = [scene.blocks[index] for index in movable]
     sized = zip(blocks, shapes.size[movable] * scene.thickness, strict=True)
@@ -101,7 +101,7 @@ def weights(scene: Scene, shapes: Extents, movable: np.ndarray) -> np.ndarray:
 
 
 def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
-    """Return the loads on the blocks with the given indices, shape (b,), in the scene's load case."""
+    """Return the loads on the blocks with the indices ``movable``, in the scene's load case."""
     blocks = [scene.blocks[index] for index in movable]
     weight = weights(scene, shapes, movable)
     factored = _factored_forces(scene, _given_forces(scene, blocks, weight))
@@ -121,7 +121,10 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
 def _given_forces(
     scene: Scene, blocks: Sequence[AnyBlock], weight: np.ndarray
 ) -> dict[_Group, list[_GivenForce]]:
-    """Return the forces specified in the scene, by kind and load group, without load case factors."""
+    """Return the forces specified in the scene, by kind and load group.
+
+    The factors of the load case are not applied.
+    """
     row_of = {block.name: row for row, block in enumerate(blocks)}
     down = scene.down
     default_mass = _default_mass(scene)
@@ -140,14 +143,14 @@ def _given_forces(
             entries = given.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
-                mass = 0.0  # count the mass of a load once, with its first force
+                mass = 0.0  # count the mass of a load only once, together with its first force
     per_weight = [block.live_per_weight for block in blocks]
     given["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
     return given
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the mass of a force for which the scene specifies no mass.
+    """Return the default mass of a force in an earthquake, for forces whose mass is not specified.
 
     None means that the mass is the component of the force along gravity; 0 means no mass.
     """
@@ -161,7 +164,7 @@ def _weight_forces(
     multiples: Sequence[Sequence[float] | np.ndarray],
     mass: float | None = None,
 ) -> list[_GivenForce]:
-    """Return a force on each block: its weight times a given vector, at the point where the weight acts."""
+    """Return one force for each block: the weight times a given vector, at the weight's point of action."""
     forces = weight[:, None] * np.array(multiples)
     return [
         _GivenForce(row, force, block.weight_at, mass)
@@ -170,9 +173,9 @@ def _weight_forces(
 
 
 def _factored_forces(scene: Scene, given: dict[_Group, list[_GivenForce]]) -> dict[str, list[_GivenForce]]:
-    """Return weights, other dead forces and live forces, multiplied by the factors of the load case.
+    """Multiply weights, other dead forces and live forces by the factors of the load case.
 
-    In an earthquake the live forces are the masses times its acceleration.
+    In an earthquake the live forces are the masses times the ground acceleration.
     """
     factored: dict[str, list[_GivenForce]] = {"weight": [], "dead": [], "live": []}
     for (kind, group), entries in given.items():
@@ -222,19 +225,20 @@ def _forces(
 
 @dataclass(frozen=True)
 class LoadedPiece:
-    """Free piece of a block's edge with its load, which varies linearly between the ends."""
+    """Free piece of a block's edge with a load that varies linearly between its ends."""
 
     load: int  #: index of the load among the scene's edge loads, or of the fill among its fills
     block: int  #: index of the block in the scene's list of blocks
     kind: Kind  #: "dead" or "live"
     ends: np.ndarray  #: ends of the piece, relative to the geometry's origin, shape (2, 2)
-    intensity: np.ndarray  #: force per unit length at both ends, over the whole thickness, shape (2, 2)
+    #: Force per unit length at both ends, for the whole thickness of the scene, shape (2, 2).
+    intensity: np.ndarray
 
     __repr__ = brief
 
 
 def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:
-    """Return the resultants of edge loads about the centroid of each block of the scene, by kind.
+    """Return the resultant of edge loads on each block about its centroid, by kind of load.
 
     The shape is (blocks, 3) in the scene's units. In space, where edges carry no loads, it is (blocks, 6).
     """
@@ -257,7 +261,7 @@ def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.n
 def along(
     tail: np.ndarray, tip: np.ndarray, start: np.ndarray, end: np.ndarray, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the segments that lie along a line, and the part of the line that each segment covers.
+    """Return the segments that coincide with a line, and the part of the line that each segment covers.
 
     Parameters
     ----------
@@ -286,7 +290,7 @@ def along(
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Distances of each segment from the line, at both ends of their common part.
+    # Distances of each segment from the line, at both ends of their shared part.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])
@@ -296,20 +300,20 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the edge pieces on which edge loads act, and the length of each load's line without an edge.
+    """Return the pieces of edges on which edge loads act, and the unloaded length of each load's line.
 
-    A load acts on the edges of movable blocks that lie on its line within the tolerance, except where joints
-    cover these edges. Where its line has no such edge, the load has no effect.
+    A load acts on the edges of movable blocks along its line, within the tolerance, except where joints cover
+    the edges. The load has no effect on the rest of its line, whose length is returned.
 
     Raises
     ------
     CaseError
-        If a load's line is shorter than the tolerance, or meets no free edge of a movable block.
+        If a load's line is shorter than the tolerance, or touches no free edge of a movable block.
     """
     if not scene.edge_loads:
         return (), ()
     tail, tip, owner = _edges_over_gaps(shapes)
-    # Each joint covers a part of an edge of its first block and of its second block.
+    # A joint covers a part of an edge on each of its two blocks.
     joint_lines = np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1))
     joint_blocks = np.concatenate([joints.first, joints.second])
     bare = []
@@ -321,12 +325,12 @@ def loaded_pieces(
         if length <= shapes.tolerance:
             raise CaseError(
                 f"{scene.origin}: edge_load no. {number}: its line is not longer than the tolerance of the "
-                f"scene, {shapes.tolerance:.3g}: give the two ends of the loaded edge"
+                f"scene, {shapes.tolerance:.3g}: choose the two ends of the loaded edge"
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint lies midway between the edges of its two blocks, at most half the contact tolerance from
-        # each edge. With a larger distance, the line of the load always finds this joint.
+        # A joint is midway between the edges of its two blocks, at most half the contact tolerance from each
+        # edge. The distance used here is larger, so the line of the load always finds the joint.
         near = shapes.tolerance + shapes.contact_tolerance
         covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []
@@ -348,7 +352,7 @@ def loaded_pieces(
 
 
 def _edges_over_gaps(shapes: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return both ends of all edges, and their blocks, with edges extended over the gaps of undrawn mortar.
+    """Return the ends and blocks of all edges, extended over the gaps of mortar that is not drawn.
 
     Each edge reaches to the middle of the gap, in its own direction, so that a load also acts on the mortar.
     """
@@ -367,8 +371,8 @@ def _edges_over_gaps(shapes: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarr
 def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
     """Return the force per unit length of an edge load at positions along its line, shape (points, 2).
 
-    ``at`` are positions along the load's line, from 0 at its start to 1 at its end, and ``edge`` is the
-    direction of the edge.
+    ``at`` are positions from 0 at the start of the line to 1 at its end. ``edge`` is the direction of the
+    loaded edge.
     """
     if load.force is not None:
         return np.tile(load.force, (len(at), 1))
@@ -378,9 +382,9 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
 
 
 def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
-    """Return the parts of an edge load that act as dead load and as live load, shape (points, 2) each.
+    """Return the dead part and the live part of an edge load, shape (points, 2) each.
 
-    In an earthquake the mass of the load adds a live part.
+    In an earthquake the mass of the load contributes to the live part.
     """
     factor = {kind: scene.factor(kind, load.kind, load.group) for kind in LOAD_KINDS}
     acting = {kind: times * intensity for kind, times in factor.items() if times}
@@ -401,17 +405,17 @@ def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, n
 
 
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:
-    """Return the CaseError for an edge load that meets no free edge of a movable block."""
+    """Return the CaseError for an edge load whose line touches no free edge of a movable block."""
     load = scene.edge_loads[number - 1]
     if movable:
-        why = "other blocks cover the edges on its line; load a free edge, or load a block with [[load]]"
+        why = "other blocks cover the edges on this line; load a free edge, or add a [[load]] on a block"
     elif fixed:
-        why = "all edges on its line belong to fixed blocks, which carry no load; load a movable block"
+        why = "all edges on this line belong to fixed blocks, which carry no load; load a movable block"
     else:
         why = (
-            "no block has an edge on its line; give two points of an edge, raise 'tolerance', or use [[load]]"
+            "no block has an edge on this line; choose points of an edge, raise 'tolerance', or use [[load]]"
         )
     return CaseError(
         f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its line, of "
-        f"length {length:.6g}, meets no free edge of a movable block: {why}"
+        f"length {length:.6g}, touches no free edge of a movable block: {why}"
     )

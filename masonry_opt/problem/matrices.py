@@ -15,23 +15,23 @@ from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
-#: Number of sides of the friction polygon, which lies inside the cone. More sides approximate the cone better
-#: and enlarge the programs. Load factors of corner walls are below those of the cone by about 0.2 % with 24
-#: sides, 0.5 % with 16 and 1 % with 12.
+#: Number of sides of the friction polygon, which is inscribed in the cone. More sides approximate the cone
+#: better but enlarge the programs. Load factors of corner walls are below those of the cone by about 0.2 %
+#: with 24 sides, 0.5 % with 16 and 1 % with 12.
 SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
     """Return the length, in space the area, of each of the problem's joints, shape (c,).
 
-    The contact points of a joint have equal shares of its length or area.
+    The length or area of a scene's joint is divided equally among its contact points.
     """
     return np.asarray((joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint])
 
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium matrix of b movable blocks with c joints and t limited forces, and its indices."""
+    """Equilibrium matrix of b movable blocks, c joints and t limited forces, with index conventions."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
     #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at
@@ -39,11 +39,11 @@ class Matrices:
     #: the middle of the joint is L/2 (n₂ − n₁). In space the columns are n of all contact points, the shears
     #: s, then t.
     B: sp.csr_array
-    #: Length of each joint, in space the area of each contact point, divided by the median; shape (c,). The
-    #: stiffness of elastic contacts is proportional to this value. The value is 1 for a corner contact, which
-    #: has no length.
+    #: Length of each joint (in space, area of each contact point) divided by the median, shape (c,). The
+    #: stiffness of elastic contacts is proportional to this value. A contact at a corner has no length; its
+    #: value is 1.
     extent: np.ndarray
-    length_unit: float  #: length, in the scene's unit, by which lengths are divided
+    length_unit: float  #: unit of length of the problem, in the scene's unit; all lengths are divided by it
     layout: Layout = PLANE  #: index conventions of the plane or of space
     limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
@@ -59,19 +59,19 @@ class Matrices:
         length_unit: float,
         limited: Sequence[LimitedForce] = (),
     ) -> "Matrices":
-        """Assemble the equilibrium matrix of the blocks with the given indices.
+        """Assemble the equilibrium matrix of the blocks with the indices ``movable``.
 
-        A column of B has the forces and moments that one unit of a joint force exerts on the joint's first
-        block, and the opposite on its second block. The shear s acts along the joint's tangent; in space t
-        acts along normal × tangent. Lengths are divided by ``length_unit``.
+        A column of B contains the forces and moments of one unit of a joint force on the joint's first block,
+        and the opposite forces and moments on its second block. The shear s acts along the joint's tangent;
+        in space t acts along normal × tangent. Lengths are divided by ``length_unit``.
         """
         layout = PLANE if joints.point.shape[1] == 2 else space(SIDES)
         joint, pressed = joints.parts
         points = joints.point[pressed]
         count = len(joint)
         normal, *tangents = joints.axes[:, joint]
-        # Point of action and direction of each force component: normal forces act at the contact points,
-        # shears at the mean of these points.
+        # Point of action and direction of each force component. Normal forces act at the contact points;
+        # shears act at the mean of the contact points.
         normal_forces = [(point, normal) for point in points]
         shears = [(points.mean(axis=0), tangent) for tangent in tangents]
         row_of = np.full(len(shapes.size), -1)
@@ -86,7 +86,7 @@ class Matrices:
                 numbers.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
                 values.append(entries)
         row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
-        # Drop the rows of fixed blocks, and exact zeros such as those of axis-aligned joints.
+        # Remove the entries of fixed blocks, and exact zeros such as those of axis-aligned joints.
         stored = (row >= 0) & (value != 0)
         shape = layout.rows * len(movable), FORCE_COMPONENTS * count
         B = sp.csr_array((value[stored], (row[stored], column[stored])), shape=shape)
@@ -117,9 +117,9 @@ class Matrices:
         return self.B[:, FORCE_COMPONENTS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Return the yield conditions for given sliding joints, crushing joints and limited forces.
+        """Return the yield conditions for given sliding joints, crushing joints and limits of forces.
 
-        Equal arguments return the same object, so that all joint laws share its computed arrays.
+        Equal arguments return one shared object, so all joint laws share its computed arrays.
         """
         key = tuple(array.tobytes() for array in (sliding, crushing, *bounded))
         if key not in self._tables:
@@ -131,16 +131,16 @@ class Matrices:
         return of_rows.reshape(-1, self.layout.rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return joint forces or motions with one row for each force component, shape (3, c).
+        """Return values of joint forces or motions with one row for each force component, shape (3, c).
 
         The argument has values of all columns of B, shape (3c + t,).
         """
         return of_columns[: len(of_columns) - self.limited].reshape(FORCE_COMPONENTS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the limited forces, or their motions, shape (t,), from values of all columns of B.
+        """Return the entries of the limited forces, shape (t,), from values of all columns of B.
 
-        The argument has values of all columns of B, shape (3c + t,).
+        The argument has shape (3c + t,). Its values are forces or motions.
         """
         return of_columns[len(of_columns) - self.limited :]
 
@@ -158,12 +158,12 @@ class Matrices:
 
     @cached_property
     def longest_arm(self) -> np.ndarray:
-        """Return the longest lever arm of a joint force on each block, shape (b,), in units of length."""
+        """Return the longest lever arm of the joint forces on each block, shape (b,), in units of length."""
         if not self.joints:
             return np.ones(self.blocks)
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
-        # A block held by ties alone has no joint; its longest arm is set to the unit of length.
+        # A block that only ties support has no joint. Its longest arm is set to the unit of length.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property

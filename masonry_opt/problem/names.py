@@ -12,41 +12,43 @@ from masonry_opt.brief import brief
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Largest number of characters of a label. Names in LP and MPS files have at most 255 characters, including
-#: their kind.
+#: Largest number of characters of a label. A whole name in an LP or MPS file has at most 255 characters.
 _LONGEST_LABEL = 200
 
 #: Characters that some solvers reject in names of LP files.
 _ILLEGAL = r"[^A-Za-z0-9_.]"
 
-#: Kinds of joint forces, in the order of the columns of B, by dimension.
+#: Names of the joint forces by dimension, in the order of the columns of B.
 _FORCE_KINDS: dict[int, tuple[str, ...]] = {2: ("n1", "n2", "s"), 3: ("n", "s", "t")}
 
-#: Kinds of joint motions Bᵀd, in the order of the columns of B, by dimension.
+#: Names of the joint motions Bᵀd by dimension, in the order of the columns of B.
 _MOTION_KINDS: dict[int, tuple[str, ...]] = {
     2: ("opening_1", "opening_2", "slip"),
     3: ("opening", "slip_s", "slip_t"),
 }
 
-#: Kinds of block velocities, in the order of the rows of B, by dimension.
+#: Names of the block velocities by dimension, in the order of the rows of B.
 _VELOCITY_KINDS: dict[int, tuple[str, ...]] = {
     2: ("vx", "vy", "omega"),
     3: ("vx", "vy", "vz", "wx", "wy", "wz"),
 }
 
-#: Kinds of equations of equilibrium, in the order of the rows of B, by dimension.
+#: Names of the equations of equilibrium by dimension, in the order of the rows of B.
 _BALANCE_KINDS: dict[int, tuple[str, ...]] = {
     2: ("fx", "fy", "moment"),
     3: ("fx", "fy", "fz", "mx", "my", "mz"),
 }
 
-#: Kinds of rocking conditions of a joint, by dimension.
+#: Names of the rocking conditions of a joint by dimension.
 _ROCK_KINDS = {2: ("rock_1", "rock_2"), 3: ("open",)}
 
 
 @dataclass(frozen=True)
 class ProblemNames:
-    """Names of the rows and columns of a problem, made from labels of its joints, blocks and forces."""
+    """Names of the rows and columns of a problem's matrices.
+
+    Each name consists of a kind and the label of a joint, block or limited force.
+    """
 
     problem: Problem
     joints: list[str]  #: label of each joint, in space of each contact point, such as ``[A|ground]``
@@ -77,7 +79,7 @@ class ProblemNames:
 
     @property
     def conditions(self) -> list[str]:
-        """Return the names of the yield conditions, in the order of the rows of C."""
+        """Return the names of the yield conditions, in the order of the rows of the yield matrix C."""
         return [*self._conditions()]
 
     def _of_columns(self, kinds: dict[int, tuple[str, ...]], of_limited: str) -> list[str]:
@@ -106,22 +108,21 @@ class ProblemNames:
 
 
 def labels_of(names: Sequence[str], legal: bool) -> list[str]:
-    """Return unique labels made of the given names, in the form ``[A|ground]``.
+    """Return unique labels for given names, in the form ``[A|ground]``.
 
-    If ``legal`` is True, the form is ``{A|ground}`` and other characters are replaced, so that all solvers
-    can read the labels in LP files.
+    If ``legal`` is True, the form is ``{A|ground}``, which all solvers can read in LP files.
     """
     template = "{{{}}}" if legal else "[{}]"
     return [template.format(label) for label in unique(names)]
 
 
 def legal_name(name: str) -> str:
-    """Return a name in which ``_`` replaces all characters that some solvers reject."""
+    """Return a name in which ``_`` replaces every character that some solvers reject in LP files."""
     return re.sub(_ILLEGAL, "_", name)
 
 
 def unique(labels: Iterable[str]) -> list[str]:
-    """Return unique labels: repeated labels end in ``~2``, ``~3``, ..., and long labels are cut."""
+    """Return unique labels: append ``~2``, ``~3``, ... to repeated labels, and truncate long labels."""
     cut = [label[:_LONGEST_LABEL] for label in labels]
     given, different = {*cut}, dict[str, None]()
     for label in cut:

@@ -26,7 +26,10 @@ class ProblemParts:
 
     @cached_property
     def table(self) -> Faces:
-        """Return the yield conditions; problems with equally limited joints and forces share the object."""
+        """Return the yield conditions of the problem.
+
+        Problems in which the same joints and forces are limited share this object.
+        """
         bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
         return self.matrices.faces(self.sliding, self.crushing, bounded)
 
@@ -37,7 +40,7 @@ class ProblemParts:
 
     @property
     def length_unit(self) -> float:
-        """Return the length, in the scene's unit, by which lengths are divided."""
+        """Return the unit of length of the problem, in the scene's unit."""
         return self.matrices.length_unit
 
     @property
@@ -61,7 +64,7 @@ class ProblemParts:
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the limited forces, or their motions, shape (t,), from values of all columns of B."""
+        """Return the entries of the limited forces, shape (t,), from values of all columns of B."""
         return self.matrices.of_forces(of_columns)
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
@@ -69,7 +72,7 @@ class ProblemParts:
         return self.matrices.by_block(of_rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return joint forces or motions with one row for each force component, shape (3, c)."""
+        """Return values of joint forces or motions with one row for each force component, shape (3, c)."""
         return self.matrices.by_kind(of_columns)
 
     @property
@@ -119,11 +122,14 @@ class ProblemParts:
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:
-        """Return True if the dilatancy of some joint falls with its normal force."""
+        """Return True if the dilatancy of at least one joint falls with its normal force."""
         return self.law.dilatancy_depends_on_stress
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """Return the dilatancy tan φ₀, shape (k,), under the normal forces n of all joints, shape (c,)."""
+        """Return the dilatancy tan φ₀ of each joint that can slide, under given normal forces, shape (k,).
+
+        ``n`` are the normal forces of all joints, shape (c,).
+        """
         return self.law.dilatancy_at(n)
 
     @property
@@ -138,7 +144,7 @@ class ProblemParts:
 
     @property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions at both points of joints, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions at each contact point, shape (2, l, chords)."""
         return self.table.bent
 
     @property
@@ -152,7 +158,7 @@ class ProblemParts:
         return self.table.count
 
     def C(self, slope: np.ndarray | float) -> sp.csr_array:
-        """Return the yield matrix C, shape (faces, 3c + t), for a slope of the shear limits.
+        """Return the yield matrix C for a given slope of the shear limits, shape (faces, 3c + t).
 
         The slope is a number for all joints that can slide, or an array of shape (k,). Raises OptionError if
         it is neither.

@@ -1,6 +1,6 @@
-"""Compute the numeric rank of an equilibrium matrix, and forces if its columns are independent.
+"""Test whether the columns of an equilibrium matrix are independent, and solve for the forces if they are.
 
-Equilibrium alone fixes all forces if the columns are independent.
+Equilibrium alone determines all forces if the columns are independent.
 """
 
 from collections.abc import Iterator
@@ -11,26 +11,26 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, structural_rank
 
 #: Ratio of the smallest to the largest singular value of a scaled matrix above which its columns count as
-#: independent. With a larger value, fewer scenes are found statically determinate. The ratio is 4e-6 for a
+#: independent. With a larger value, fewer scenes count as statically determinate. The ratio is 4e-6 for a
 #: stack of 600 blocks, and 1e-16 with a redundant joint.
 _LEAST_SINGULAR_VALUE = 1e-9
 
-#: Largest number of columns of a connected component whose singular values are computed, which takes up to a
-#: second. Larger components count as dependent, so that no uniqueness is claimed for them.
+#: Largest number of columns of a connected component for which singular values are computed, which takes up
+#: to a second. Larger components count as dependent, so uniqueness is never claimed for them.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Number of rounds of Ruiz scaling, which brings rows and columns near unit length. More rounds change
+#: Number of rounds of Ruiz scaling, which scales rows and columns to about unit length. More rounds change
 #: little; fewer rounds leave rows of very different lengths.
 _SCALING_ROUNDS = 5
 
 
 def has_independent_columns(matrix: sp.csr_array) -> bool:
-    """Return True if the columns of a matrix are shown to be linearly independent.
+    """Return True if the columns of a matrix are provably linearly independent.
 
-    The structural rank, an upper bound of the rank for any values of the nonzero entries, refutes most scenes
-    at once. It is not sufficient: two contact points on one edge carry two shears along one line, which the
-    positions of the nonzero entries do not reveal. Other scenes are decided by the singular values of each
-    connected component, after scaling rows and columns.
+    Most matrices with dependent columns already have a deficient structural rank, an upper bound of the rank
+    for any values of the nonzero entries. A full structural rank is not sufficient: two contact points on one
+    edge transmit two shears along one line, which the positions of the nonzero entries do not reveal. The
+    function then computes the singular values of each connected component, after scaling rows and columns.
     """
     if structural_rank(matrix) < matrix.shape[1]:
         return False
@@ -39,7 +39,7 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
 
 
 def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
-    """Return the least-squares solutions of linear systems whose matrix has independent columns.
+    """Solve linear systems whose matrix has independent columns, by least squares.
 
     ``right`` has one right side in each column, and the result has one solution in each column.
     """
@@ -52,7 +52,7 @@ def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
 
 
 def _components(matrix: sp.csr_array) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the rows and the columns of each connected component.
+    """Yield the row indices and column indices of each connected component of a sparse matrix.
 
     Components share no row and no column. A component without columns is left out.
     """

@@ -1,8 +1,8 @@
 """State of a scene after a settlement of given size: displaced blocks, their contacts and their preload.
 
-A scene with such a state keeps its records as drawn. Its loads are found on the blocks at rest, and then move
-with the blocks: forces keep their direction, and act at points that are fixed to the blocks. Fill moves with
-the blocks below it, and keeps its stress on each edge.
+The records of a scene with a settled state still describe the blocks at rest. Loads are computed for the
+blocks at rest and then move with the blocks: forces keep their direction, and their points of action are
+fixed to the blocks. Fill moves with the blocks below it, and its stress on each edge does not change.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,7 +17,7 @@ from masonry_opt.problem.limited_forces import LimitedForce, Role
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.scene import Scene
 
-#: Movements of supports by name: ``{"pier": (0, -0.02)}``, or pairs of names and movements.
+#: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
 #: Attributes of joints that do not depend on the positions of the blocks.
@@ -26,7 +26,7 @@ _JOINT_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "s
 
 @dataclass(frozen=True, eq=False)
 class SettledState:
-    """Displaced blocks of a scene in the plane after supports have moved by given amounts.
+    """Displaced blocks of a plane scene after supports have moved by given amounts.
 
     Attributes
     ----------
@@ -34,8 +34,8 @@ class SettledState:
     poses: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin of the geometry, then
         a translation.
     kept: Indices, at rest, of the joints that do not separate, shape (joints,).
-    joints: These joints between displaced blocks. An opened joint lies on the bisecting line of its edges,
-        and can close again when it is pressed.
+    joints: The joints that do not separate, between the displaced blocks. An opened joint is on the bisector
+        of its edges, and can close again under pressure.
     count: Number of joints at rest.
     forces: Joint forces after the settlement, in units of the problem, shape (3c,).
     limited: Forces of ties, props and fill after the settlement, in units of the problem, shape (t,).
@@ -60,7 +60,7 @@ class SettledState:
         return ", ".join(moved)
 
     def at_rest(self, block: int, point: np.ndarray) -> np.ndarray:
-        """Return the position at rest of a point of a displaced block, relative to the origin."""
+        """Return the position at rest of a point that is fixed to a displaced block."""
         back = np.array([0.0, 0.0, -self.poses[block, 2]])
         return turned(point - self.poses[block, :2], back)
 
@@ -69,24 +69,24 @@ class SettledState:
         return displaced(at_rest, self.poses)
 
     def joints_of(self, scene: Scene, at_rest: Joints) -> Joints:
-        """Return the displaced joints with the properties that the joints of a scene have at rest.
+        """Return the displaced joints, with the properties that these joints have at rest in a scene.
 
         Raises CaseError if the scene has other joints than the scene whose supports moved.
         """
         if len(at_rest.first) != self.count or len(scene.blocks) != len(self.poses):
             raise CaseError(
-                f"{scene.origin}: the blocks of a scene with settled supports keep their shapes: change the "
-                "blocks first, and then settle the supports of the new scene"
+                f"{scene.origin}: the blocks of a scene with settled supports cannot change: change the "
+                "blocks of the original scene, and then settle the supports of the new scene"
             )
         properties = {name: getattr(at_rest, name)[self.kept] for name in _JOINT_PROPERTIES}
         return replace(self.joints, **properties)
 
     def pieces(self, at_rest: Sequence[Any]) -> tuple[Any, ...]:
-        """Return displaced pieces of edges, which a fill touches or on which a load acts."""
+        """Return the displaced positions of pieces of edges that carry a load or touch a fill."""
         return tuple(replace(piece, ends=placed(piece.ends, self.poses[piece.block])) for piece in at_rest)
 
     def struts(self, at_rest: Sequence[LimitedForce]) -> tuple[LimitedForce, ...]:
-        """Return ties and props between the displaced points at which they are fixed."""
+        """Return ties and props that connect the displaced positions of their end points."""
         return tuple(self._strut(force) for force in at_rest if force.role in (Role.TIE, Role.PROP))
 
     def _strut(self, force: LimitedForce) -> LimitedForce:

@@ -9,28 +9,29 @@ from math import inf
 class Kind(StrEnum):
     """Kinds of answers. The kind determines the limits that the residuals of an answer must not exceed."""
 
-    #: An optimum of eq. (9) or eq. (10).
+    #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
-    #: Answer of the sequence of linear programs (the loop). The answer is exact if forces with exact Coulomb
-    #: friction fit the mechanism of the loop; otherwise the answer is the solution of the last sub-problem.
-    #: Friction limits of a sub-problem are computed from the normal forces of the previous sub-problem. The
-    #: yield residual therefore reaches a tenth of a block's weight on the walls of Table 1. Sliding joints
-    #: contract by 10⁻³ μ times their slip, which adds to the flow residual.
+    #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces
+    #: with exact Coulomb friction are compatible with the mechanism of the loop. Otherwise it is the solution
+    #: of the last sub-problem, with two errors. The friction limits of a sub-problem are computed from the
+    #: normal forces of the previous sub-problem, so the yield residual reaches a tenth of a block's weight on
+    #: the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds to the flow
+    #: residual.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions by half of the largest force on a block. The violation has a limit for
-    #: each joint.
+    #: violate the yield conditions by up to half of the largest force on a block. The limit applies to each
+    #: joint.
     BARE_LOOP = "bare loop"
-    #: A state that is exact except for its complementarity: inactive yield conditions have small rates. The
-    #: energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
+    #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
+    #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
     #: Answer of the MPEC (mathematical program with equilibrium constraints). The answer is exact except for
-    #: the complementarity that the last relaxation permits (about 1e-8 by default).
+    #: the error of complementarity that the last relaxation permits (about 1e-8 by default).
     RELAXED = "relaxed"
     #: Answer of the incremental analysis: an exact state, or the last equilibrium of the load history with
-    #: the motion of the collapse. Only residuals of forces have limits; residuals of the motion have none.
+    #: the motion of the collapse. Only the residuals of the forces have limits.
     INCREMENTAL = "incremental"
-    #: A state whose forces and mechanism satisfy every condition up to rounding errors.
+    #: State whose forces and mechanism satisfy every condition of the Coulomb law up to rounding errors.
     EXACT = "exact"
 
 
@@ -48,8 +49,8 @@ class Limits:
     #: larger.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
-    #: Limit of the violation of the true yield conditions in a joint. The violation is divided by the largest
-    #: force that acts on a block of the joint; of its two blocks, the less loaded one counts.
+    #: Limit of the violation of a yield condition in a joint, by the exact friction law. The violation is
+    #: divided by the largest force on the joint's less loaded block.
     joint: float
 
     def as_dict(self) -> dict[str, float]:
@@ -57,15 +58,15 @@ class Limits:
         return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
 
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
-        """Return the residuals that exceed their limits, that are missing, or that are NaN."""
+        """Return the residuals that exceed their limits, are missing or are NaN."""
         limits = self.as_dict()
         return {
             name: value for name, value in residuals.items() if value is None or not value <= limits[name]
         }
 
 
-#: Limits of the residuals for each kind of answer. The limit 1e-4 of associative answers corresponds to the
-#: four digits to which published load factors agree.
+#: Limits of the residuals for each kind of answer. Published load factors agree to four digits, so the limits
+#: of associative answers are 1e-4.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
@@ -76,55 +77,58 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Largest relative difference at which ``check`` counts two load factors as equal.
+#: Largest relative difference at which the command ``check`` counts two load factors as equal.
 AGREEMENT = 1e-7
 
-#: Largest residual of an answer that ``check`` accepts.
+#: Largest residual at which the command ``check`` accepts an answer.
 DUALITY = 1e-6
 
-#: Largest violation of complementarity (z·p, divided by |λ|) at which the forces and the mechanism of method
-#: "loop" count as one state. If the violation is larger, the method starts again. The answer must also meet
-#: ``LIMITS``.
+#: Largest violation of complementarity (z·p, divided by |λ|) at which method "loop" accepts the forces and
+#: the mechanism as one state. If the violation is larger, the method starts again. ``LIMITS`` apply to the
+#: answer in addition.
 MOST_ENERGY = 1e-3
 
-#: Largest residual at which the state of a sub-problem of the loop verifies the load factor of the
-#: sub-problem. The answer must also meet ``LIMITS``.
+#: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
+#: verified. ``LIMITS`` apply to the answer in addition.
 BORNE_OUT = 1e-3
 
-#: Largest residual of an inequality in a proof that no load factor exists. The proof then covers all forces
-#: and motions up to 1e8 times the units of the residual, which are the loads and their work.
+#: Largest residual of an inequality in a proof that no load factor exists. Such a proof is valid for all
+#: forces and motions up to 1e8 times the unit of the residual: the loads, or their work.
 PROOF = 1e-8
 
-#: Relative difference of λ and its lower bound below which the bracket counts as closed.
+#: Relative difference between λ and its lower bound below which λ counts as proven to be the least load
+#: factor.
 CLOSED = 1e-5
 
-#: Largest relative distance of λ from the interval of its certified bounds. The value corresponds to four
-#: equal digits.
+#: Largest relative distance of λ from the interval between its certified bounds. The value means agreement in
+#: four digits.
 OUTSIDE = 1e-4
 
-#: Largest excess of forces over the limits that a bound assumes, relative to the limit and in median block
-#: weights. A bound counts as valid for a state with a smaller excess.
+#: Largest excess of forces over the force limits that a bound assumes, relative to the limit and in median
+#: block weights. The bound counts as valid for a state with a smaller excess.
 BEYOND_LIMITS = 1e-6
 
-#: Largest residual, in units of the load, of a point that counts as feasible and so certifies a bound.
+#: Largest residual, relative to the load, at which a point counts as feasible, so that its objective value is
+#: a certified bound.
 FEASIBLE = 1e-11
 
-#: Largest departure of a mechanism from associative flow, divided by the mechanism's power in median block
-#: weights, at which the mechanism proves that a scene is unstable. Forces whose sum is below a million median
-#: block weights then cannot prevent the fall.
+#: Largest violation of the associative flow rule by a mechanism that proves a scene unstable. The violation
+#: is divided by the power of the mechanism in median block weights. With this value, joint forces that sum to
+#: less than a million median block weights cannot prevent the fall.
 DEPARTS = 1e-6
 
-#: Size below which a departure from associative flow, a slip or a shear counts as rounding.
+#: Size below which a slip, a shear or a violation of the associative flow rule counts as rounding.
 ROUNDING = 1e-11
 
-#: Largest accepted error of the margin of stability under dead load: the work of median block weights over a
-#: unit of length.
+#: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block
+#: weight over a unit of length.
 MARGIN_ENERGY = 1e-4
 
-#: Smallest |λ| by which differences and residuals are divided. A smaller |λ| is replaced by this value.
+#: Smallest value of |λ| by which differences and residuals are divided. If |λ| is smaller, this value
+#: replaces it.
 SMALLEST = 1e-2
 
 
 def over_load_factor(energy: float, load_factor: float) -> float:
-    """Return an energy in units of λ divided by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
+    """Divide an energy in units of λ by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
     return energy / max(abs(load_factor), SMALLEST)

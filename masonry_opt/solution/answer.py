@@ -1,7 +1,7 @@
 """Answers with their certificates, and proofs that no load factor exists.
 
-An answer and its certificate are made together; methods return answers and results show them. Residuals are
-computed from the matrices alone, never taken from a solver.
+Methods return answers; a certificate consists of the residuals of an answer. Residuals are computed from the
+matrices alone, and are never taken from a solver.
 """
 
 from dataclasses import asdict, dataclass
@@ -17,14 +17,16 @@ from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
 
-#: Smallest force that matters, as a share of the live load at collapse. Residuals of a block are divided by
-#: at least this force, even if all forces on the block are smaller.
+#: Smallest force by which residuals of a block are divided, as a share of the live load at collapse. Smaller
+#: forces on a block are replaced by this value.
 _SMALLEST_FORCE = 1e-4
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Residuals of a state: load factor λ, joint forces q and velocities d. An exact state has zeros.
+    """Residuals of the conditions that a collapse state must satisfy; all are zero for an exact state.
+
+    The state consists of a load factor λ, joint forces q and block velocities d.
 
     Attributes
     ----------
@@ -32,9 +34,9 @@ class Certificate:
     yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
     flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
-    complementarity: Σ|z p| over the work of the live load, in units of λ: the energy of faces that move
-        without being at yield. For associative flow λ is wrong by this number at most. Rates of sliding
-        faces are divided by max(1, μ) / max(1, slope of the flow rule).
+    complementarity: Σ|z p| over the work of the live load, in units of λ. The sum is the energy of faces
+        that move although they are not at yield. For associative flow, the error of λ is at most this
+        residual. Rates of sliding faces are divided by max(1, μ) / max(1, slope of the flow rule).
     """
 
     equilibrium: float
@@ -62,8 +64,8 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Divide rates of sliding by max(1, μ) / max(1, slope). Otherwise a slip of 1e-14 (a rounding error) at μ
-    # = 1e6 would count as an energy of 1e-8 times a force.
+    # Divide rates of sliding by max(1, μ) / max(1, slope). Without this division, a rounding error of 1e-14
+    # in the slip at μ = 1e6 would count as an energy of 1e-8 times a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -75,9 +77,9 @@ def certify(
 
 
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
-    """Return the largest force (a load, n or s) that acts on each block, shape (b,).
+    """Return the largest force that loads and joints exert on each block, shape (b,).
 
-    The force is at least the smallest force that matters, a share of the live load at collapse.
+    The value is at least ``_SMALLEST_FORCE``, a share of the live load at collapse.
     """
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
@@ -94,7 +96,9 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return the largest force on the less loaded movable block of each joint, shape (c,).
+    """Return the largest force on the less loaded of the two blocks of each joint, shape (c,).
+
+    Only movable blocks count.
 
     ``acting`` is the largest force on each block, shape (b,).
     """
@@ -105,7 +109,7 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 
 def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the unbalanced force of each block, divided by the largest force on the block, shape (b,).
+    """Return the unbalanced force on each block, relative to the largest force on the block, shape (b,).
 
     ``unbalanced`` is the residual of equilibrium, shape (3b,); ``acting`` is :func:`largest_acting`. Each
     moment is converted to a force at the block's longest arm.
@@ -117,11 +121,11 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the violation of each yield condition, divided by the force on a block, shape (faces,).
+    """Return the relative violation of each yield condition, shape (faces,).
 
-    The violations are −z; a negative entry is no violation. A violation in a joint is divided by the largest
-    force on its less loaded block, that of a limited force by the smallest entry of ``acting``, which is
-    :func:`largest_acting`.
+    The violation is −z; a negative entry means that the condition is satisfied. A violation in a joint is
+    divided by the largest force on the joint's less loaded block. The violation of a force limit is divided
+    by the smallest entry of ``acting``, which is :func:`largest_acting`.
     """
     at_faces = of_lesser_block(problem, acting)[problem.face_joint]
     return np.append(-z[: len(at_faces)] / at_faces, -z[problem.table.limits] / acting.min())
@@ -129,11 +133,11 @@ def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FinalState:
-    """Joint forces and block velocities at the end of a method; each is None if it is not known."""
+    """Joint forces and block velocities at the end of a method; each is None if unknown."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
-    #: Opening per unit slip according to the flow rule of the velocities, shape (k,).
+    #: Opening per unit slip by the flow rule of the mechanism, shape (k,).
     slope: np.ndarray | None = None
     forms: Forms = BY_FACES  #: friction and strength laws that limit the forces
 
@@ -144,20 +148,20 @@ class FinalState:
 class Answer(FinalState):
     """Load factor with joint forces, mechanism and the residuals of all conditions.
 
-    Only :func:`certified` makes answers, so that each state has one certificate.
+    Create answers only with :func:`certified`, which computes the residuals of each state in one place.
     """
 
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slope: np.ndarray  #: opening per unit slip of the flow rule, shape (k,)
+    slope: np.ndarray  #: opening per unit slip by the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
-    residuals: dict[str, float]  #: residuals under the names of their limits in ``Limits``
+    residuals: dict[str, float]  #: residuals, keyed by the names of their limits in ``Limits``
 
     __repr__ = brief
 
     def failing(self, kind: Kind) -> dict[str, float | None]:
-        """Return the residuals that exceed the limits of a kind of answer."""
+        """Return the residuals that exceed the limits for a kind of answer."""
         return LIMITS[kind].failing(self.residuals)
 
     @property
@@ -166,9 +170,10 @@ class Answer(FinalState):
         return not self.failing(Kind.EXACT)
 
     def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
-        """Return an answer that is certified with a flow rule (k,) and the laws of a problem.
+        """Return the answer with its residuals computed for another flow rule or other joint laws.
 
-        The answer itself is returned if flow rule and laws are its own.
+        ``slope`` defines the flow rule, shape (k,), and ``problem`` the laws. The answer itself is returned
+        if neither differs from its own.
         """
         if self.forms == problem.forms and np.array_equal(self.slope, slope):
             return self
@@ -178,12 +183,12 @@ class Answer(FinalState):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """Return an answer whose certificate is computed for a flow rule, by default the joints' own.
+    """Return an answer with a certificate for a flow rule, by default the joints' own flow rule.
 
     The parameters are those of :func:`certify`. The joints' own flow rule is evaluated at the forces q.
-    Residuals of the certificate are relative to median weights and total loads, so that they hide errors on a
-    very light block. If a light block carries the live load, this block alone determines λ. The other
-    residuals of the answer are therefore relative to the forces on each block and each joint.
+    Residuals of the certificate are relative to median weights and total loads, so they hide errors on a very
+    light block. If a light block carries the live load, however, this block alone determines λ. Therefore the
+    answer has additional residuals, relative to the forces on each block and each joint.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)
@@ -194,8 +199,8 @@ def certified(
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
-        # The live load may do no work if its entries are below the tolerance of the solver; the residual is
-        # then infinite.
+        # The work of the live load may be zero if all its entries are below the tolerance of the solver. The
+        # residual is then infinite.
         "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
         "block": float(unbalanced_shares(problem, unbalanced, acting).max()),
         "joint": float(violation_shares(problem, problem.slacks(q), acting).max(initial=0.0)),
@@ -212,23 +217,25 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements on the existence of a load factor λ ≥ 0 of collapse with the joints' own flow rule."""
+    """Statements about the existence of a collapse load factor λ ≥ 0 with the joints' own flow rule."""
 
-    NO_MECHANISM = "none exists: no mechanism lets the live load do work"
-    #: The joints that move in a mechanism never reach their yield conditions at the same time.
-    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
-    UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
-    UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
+    NO_MECHANISM = "none exists: the live load does no positive work in any mechanism"
+    #: No state exists because the joints that move in a mechanism never yield at the same time.
+    NO_STATE = "none exists: no mechanism is compatible with a state of equilibrium"
+    UNBOUNDED = "not decided: some forces carry any multiple of the live load, but a mechanism exists"
+    UNDECIDED = "not decided: a mechanism exists, and no forces carry all multiples of the live load"
 
     @property
     def proven(self) -> bool:
-        """True if the statement is a proof that no load factor λ ≥ 0 exists."""
+        """True if the statement proves that no load factor λ ≥ 0 exists."""
         return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
 
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """Proof that no load factor exists, or forces that carry any live load, each with its residuals.
+    """Proof that no load factor exists, or forces that carry any multiple of the live load.
+
+    Both have residuals, which are computed from the matrices alone.
 
     Attributes
     ----------
@@ -236,9 +243,9 @@ class InfeasibilityCertificate:
     equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
         friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
         None if no such forces exist.
-    clamped: indices of the joints in self-stress, the most stressed first. Indices are those of the problem,
-        in a result those of ``Result.joints``. Other forces carry the opposite of the live load, and the sum
-        of both is in equilibrium without loads.
+    clamped: indices of the joints in self-stress, the most stressed first. Indices refer to joints of the
+        problem; in a result they are rows of ``Result.joints``. The self-stress is the sum of two sets of
+        forces, which carry the live load and the opposite of the live load.
     static_cuts: number of sets of faces that cannot all be at yield in one state.
     kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
         they exclude every choice of moving faces.
@@ -273,10 +280,10 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of B q + f_L = 0 and C(slope) q ≥ 0, each divided by Σ|f_L|.
+    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|.
 
-    The joint forces q have shape (3c,). Faces (yield conditions) for which ``still``
-    (faces,) is true may violate the second condition.
+    The joint forces q have shape (3c,). The second condition is not tested for the faces (yield conditions)
+    for which ``still``, shape (faces,), is True.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))
@@ -284,18 +291,18 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the larger one of the residuals by :func:`ray_residuals`, with the joints' own flow rule.
+    """Return the larger of the two residuals of :func:`ray_residuals`, with the joints' own flow rule.
 
-    A residual of zero shows that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
+    A residual of zero proves that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
     """
     return max(ray_residuals(problem, q, problem.dilatancy, still))
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """Return the residual of the proof that given yield conditions are never active together at λ ≥ 0.
+    """Return the residual of a proof that given yield conditions are never active together at λ ≥ 0.
 
-    The given yield conditions are the faces for which ``held`` (faces,) is true. The proof is a motion d
-    (3b,) with rates p (faces,) that meets three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and
+    The given yield conditions are the faces for which ``held`` (faces,) is True. The proof is a motion d
+    (3b,) with rates p (faces,) that satisfies three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and
     f_L·d ≥ 0. The residual is the largest violation of a condition, divided by the energy f_D·d − c·p that
     the motion gains. The residual is infinite if the motion gains no energy.
     """

@@ -19,21 +19,24 @@ if TYPE_CHECKING:
 
 
 def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a copy of a frame in which −0.0 is replaced by 0.0."""
+    """Return a copy of a table in which −0.0 is replaced by 0.0."""
     numbers = frame.select_dtypes("float64").columns
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """Return a table from rows or from named columns; −0.0 is replaced by 0.0."""
-    # Pandas is imported here because its import takes a quarter of a second and few analyses need a table.
+    """Return a table of rows or of named columns, in which −0.0 is replaced by 0.0."""
+    # Importing pandas takes a quarter of a second, and few analyses need a table, so the import is local.
     import pandas as pd
 
     return unsigned(pd.DataFrame(rows))
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a table with a row for each movable block: centroid and velocities (NaN if unknown)."""
+    """Return a table with the centroid and the velocities of each movable block.
+
+    Unknown velocities are NaN.
+    """
     problem, shapes = assembly.problem, assembly.geometry
     _, _, d = _known(assembly, solution)
     rotations = problem.moments(d) / problem.length_unit
@@ -47,10 +50,10 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a table with a row for each joint: its blocks, middle, length, forces and rates.
+    """Return a table with the blocks, middle, length, forces and rates of each joint.
 
-    Forces are NaN if none are known, rates without a mechanism. In space the row has the area, the normal,
-    the components of the resultant, and the point on which the resultant acts.
+    Unknown forces and rates are NaN. In space the columns also contain the area, the normal, the components
+    of the resultant, and its point of action.
     """
     joints = assembly.joints
     q, u, d = _known(assembly, solution)
@@ -68,9 +71,9 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """Return a table with a row for each contact point, with forces and rates; None in the plane.
+    """Return a table with the forces and rates of each contact point in space; None in the plane.
 
-    Forces and rates are NaN if they are not known.
+    Unknown forces and rates are NaN.
     """
     if assembly.scene.dimension == 2:
         return None
@@ -96,7 +99,10 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
 
 
 def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a table with a row for each step; steps of a load history list the joints that change."""
+    """Return a table with one row for each step of the method.
+
+    Rows of a load history list the joints that begin to slide, open or stick in the step.
+    """
     steps = solution.history
     if not steps or not isinstance(steps[0], LoadStep):
         return framed(list(steps)).drop(columns="solved", errors="ignore")
@@ -114,7 +120,10 @@ def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
-    """Return a table of load steps, with the joints that slide or open for the first time in each."""
+    """Return a table of load steps.
+
+    Each row lists the joints that slide or open for the first time in this step.
+    """
     moves = np.stack(joints_that_move(assembly, history.steps), axis=1)
     started = np.zeros_like(moves[0])
     unit, rows = assembly.problem.live_displacement, []
@@ -128,7 +137,10 @@ def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return joint forces (3c + t,), their rates, and block velocities (3b,); unknown values are NaN."""
+    """Return joint forces (3c + t,), their rates, and block velocities (3b,).
+
+    Unknown values are NaN.
+    """
     B = assembly.problem.B
     no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)
     q = no_forces if solution.q is None else solution.q
@@ -136,12 +148,17 @@ def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarr
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
-    """Return one column for each axis of vectors (rows, 2) or (rows, 3), named by a prefix and the axis."""
+    """Return one column for each axis of vectors of shape (rows, 2) or (rows, 3).
+
+    The name of a column is the prefix and the axis.
+    """
     return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
 
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
-    """Return vectors at contact points in space, shape (points, 3), from normal and shear components.
+    """Return vectors at contact points in space, shape (points, 3), given their components.
+
+    The components are normal and tangential to the joint.
 
     The components are forces on the first block, or motions of the first block relative to the second.
     """
@@ -173,7 +190,8 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     pressed = n > IDLE * np.nanmax(n, initial=0.0)
     share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
     acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
-    # The torsion of a joint that is not pressed is the moment about its centroid.
+    # The torsion of a joint is measured at the point of action of its resultant, or at its centroid if the
+    # joint is not pressed.
     about = np.where(pressed[:, None], acts, middle)[joint]
     torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
     motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
@@ -200,21 +218,21 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     """Return the utilisation of each joint of the problem, shape (c,): a force divided by its limit.
 
-    Utilisation is the largest of three ratios, and NaN if the joint carries no force:
+    Utilisation is the largest of three ratios. It is NaN if the joint carries no force:
 
-    - the shear |s|, in space |(s, t)|, over the true Coulomb limit; 0 if friction is unlimited;
+    - the shear |s|, in space |(s, t)|, over the exact Coulomb limit; 0 if friction is unlimited;
     - in the plane, the moment |m| over n L/2, which crushing reduces;
     - in the plane, n over f_c L, the normal force that crushes the joint.
     """
     problem, has_length = assembly.problem, assembly.joints.extent[assembly.joint] > 0
     points, n = problem.at_points(q), problem.normal_forces(q)
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
-    # If a corner rests on an edge, both contact points of the joint coincide and the joint has no moment.
+    # If a corner touches an edge, both contact points of the joint coincide, so the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
-    # Forces below this value count as rounding errors, and smaller limits are replaced by this value.
+    # Forces below this value count as rounding errors. Limits below this value are replaced by it.
     rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Largest moment that a joint can carry, expressed as the difference of the normal forces at its two
+    # Largest moment that a joint can carry, expressed as the difference of the two normal forces at its
     # points.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
@@ -227,7 +245,10 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table of the limited forces (such as ties) with the given roles; unknown values are NaN."""
+    """Return a table of the limited forces (such as tie forces) that have one of the given roles.
+
+    Unknown values are NaN.
+    """
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]
@@ -236,12 +257,13 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
-    # A solver meets a force limit only to its tolerance, which is relative to the forces of the scene.
-    # Smaller differences count as rounding.
+    # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene. Smaller
+    # differences count as rounding.
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
-    # Forces of an unstable scene are NaN. The negated comparison is true for NaN, so that its ties can yield.
+    # The forces of an unstable scene are NaN. The comparison is negated so that it is True for NaN, because
+    # the ties of such a scene can yield.
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
     yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {
@@ -252,7 +274,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
         "force": np.where(yields & (np.abs(highest - T) <= rounding), highest, T),
         "lowest": lowest,
         "highest": highest,
-        # The rate ``closing`` is positive if a tie shortens or a prop lengthens.
+        # ``closing`` is positive if a tie shortens or a prop lengthens.
         "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
         "yields": yields,
     }

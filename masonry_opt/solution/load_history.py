@@ -12,17 +12,19 @@ from masonry_opt.brief import brief
 class LoadStep:
     """Equilibrium at the end of a load increment.
 
-    Contacts are the joints of the problem: in space the corners of shared polygons.
+    Contacts are the joints of the problem; in space, they are the corners of the shared polygons.
     """
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    displacement: float  #: work of the live load divided by Σ|f_L|, in units of the elastic displacement
+    #: Work of the live load divided by Σ|f_L|, in elastic displacements. An elastic displacement is the
+    #: closing of a joint of mean length under the mean contact force.
+    displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
-    sliding: np.ndarray  #: True for contacts that press and are at their friction limit, shape (c,)
-    #: True for contacts without normal force (in the plane: joints with an open end), shape (c,).
+    sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)
+    #: True for contacts without normal force; in the plane, for joints with an open end, shape (c,).
     open: np.ndarray
-    d: np.ndarray  #: displacements of the blocks since the dead load, shape (3b,)
+    d: np.ndarray  #: displacements of the blocks from equilibrium under the dead load, shape (3b,)
     forces: np.ndarray  #: joint forces in the problem's order, shape (3c + t,)
 
     __repr__ = brief
@@ -30,9 +32,9 @@ class LoadStep:
 
 @dataclass(frozen=True)
 class LoadHistory:
-    """Load steps in order, the first under the dead load alone.
+    """Load steps in order, from the dead load alone to the end of the analysis.
 
-    Under a growing load the load-displacement curve has jumps, not falling branches.
+    The load never decreases, so the load–displacement curve has jumps instead of falling branches.
     """
 
     steps: tuple[LoadStep, ...] = ()
@@ -41,23 +43,24 @@ class LoadHistory:
 
     @cached_property
     def load_factors(self) -> np.ndarray:
-        """Load factors, shape (steps,)."""
+        """Load factor of each step, shape (steps,)."""
         return np.array([step.load_factor for step in self.steps])
 
     @cached_property
     def displacements(self) -> np.ndarray:
-        """Displacement of the live load's points at each step, in elastic displacements, shape (steps,)."""
+        """Displacement of the live load's points at each step, shape (steps,), in elastic displacements."""
         return np.array([step.displacement for step in self.steps])
 
     @property
     def jumps(self) -> int:
-        """Number of jumps."""
+        """Number of jumps, which are steps that end after a damped motion of the blocks."""
         return sum(step.is_jump for step in self.steps)
 
     def state_at(self, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return block displacements (3b,) and joint forces (3c + t,) at a load factor.
+        """Return block displacements (3b,) and joint forces (3c + t,) at a given load factor.
 
-        They are interpolated between load steps: exact where no contact changes between them.
+        The values are interpolated linearly between load steps. This is exact if no contact changes between
+        the two steps.
 
         Raises
         ------

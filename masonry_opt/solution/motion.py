@@ -15,36 +15,39 @@ from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Kinds of motion of the joints in a mechanism."""
+    """Joints that slide, hinge, separate or crush in a mechanism."""
 
-    slides: np.ndarray  #: True if a joint slips while its sides touch and it does not crush, shape (joints,)
-    #: True if a joint opens about one edge (in space, about the points that still touch), shape (joints,).
+    slides: np.ndarray  #: True if a joint slips while its sides touch and it does not crush, shape (joints,).
+    #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
+    #: (joints,).
     hinges: np.ndarray
-    #: Point about which the joint hinges: an edge or a corner (in space, the mean of the points that touch).
-    #: The shape is (joints, 2), or (joints, 3) in space.
+    #: Point about which the joint hinges: an edge or a corner (in space, the mean of the touching points).
+    #: The shape is (joints, 2), in space (joints, 3).
     hinge: np.ndarray
-    separates: np.ndarray  #: True if a joint opens along its whole length, or at all points, shape (joints,)
-    crushes: np.ndarray  #: True if a joint of limited strength closes at an edge, shape (joints,)
+    #: True if a joint opens along its whole length, or at all its points, shape (joints,).
+    separates: np.ndarray
+    #: True if a joint of limited strength closes at an edge, so that stone is crushed, shape (joints,).
+    crushes: np.ndarray
 
 
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
-    """Return the joints that slide, hinge, separate and crush in the mechanism of a solution.
+    """Return which joints slide, hinge, separate and crush in the mechanism of a solution.
 
-    - Opening that the flow rule of the answer demands is not counted.
+    - Opening due to dilatancy, by the flow rule of the answer, is subtracted.
     - Thresholds are relative to ``speed``, by default the speed of the mechanism's fastest corner.
-    - A joint without force whose middle opens while an edge touches hinges about this edge. If the joint also
-      slips, it separates.
-    - In space a joint slides if a contact point slips while it touches. It hinges if it opens more at some
-      points than at others that touch.
+    - A joint without force hinges about an edge if its middle opens while the edge still touches. If the
+      joint also slips, it separates.
+    - In space a joint slides if a contact point slips while it touches. It hinges if some points open while
+      others still touch.
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # If a scene is unstable under its dead load, its mechanism has associative flow.
+    # A scene that is unstable under its dead load has a mechanism with associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
-    # If a polygon approximates the friction cone, a point that slides between two directions of the polygon
-    # opens by less than with the cone.
+    # With a polygon in place of the friction cone, a joint that slides between two directions of the polygon
+    # opens less than with the cone.
     rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
@@ -55,7 +58,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
-    # The opening of a joint without extent, such as a corner on an edge, is computed for the unit length.
+    # The opening of a joint without extent, such as a corner on an edge, is its rotation times the unit of
+    # length.
     turned = relative_rotation(assembly, solution.d)
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
@@ -79,10 +83,10 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joints that slide and the joints that are open, each of shape (steps, joints).
+    """Return arrays of the joints that slide and of the joints that are open, shape (steps, joints).
 
-    An entry is True if the joint slides, or is open, at the end of the load step. In space, a joint slides or
-    is open if at least one of its contacts does so.
+    An entry is True if the joint slides, or is open, at the end of the load step. In space, one sliding or
+    open contact of the joint is enough.
     """
     sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
     are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
@@ -90,27 +94,30 @@ def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return indices of the movable blocks that take part in a mechanism (3b,), fastest first."""
+    """Return the indices of the movable blocks that move in a mechanism (3b,), fastest first."""
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Return names of the blocks that take part in a mechanism (3b,), fastest first."""
+    """Return the names of the blocks that move in a mechanism (3b,), fastest first."""
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
-    """Return the speed of the fastest corner in a mechanism (3b,); 1 if no corner is known to move."""
+    """Return the speed of the fastest block corner in a mechanism (3b,).
+
+    The value is 1 if no corner is known to move.
+    """
     return float(_corner_speeds(assembly, d).max()) or 1.0
 
 
 def velocities(assembly: Assembly, d: np.ndarray, block: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return velocities v + ω × r of points of blocks, shape (points, 2) or (points, 3).
+    """Return the velocities v + ω × r of points on blocks, shape (points, 2) or (points, 3).
 
-    Each point has the index ``block`` of its block in the scene, shape (points,), and a position ``at``
-    relative to the geometry's origin. The block velocities d have shape (3b,).
+    ``block`` has the index of each point's block in the scene, shape (points,). ``at`` has the positions of
+    the points relative to the geometry's origin. The block velocities d have shape (3b,).
     """
     problem, dimension = assembly.problem, assembly.problem.layout.dimension
     arm = np.zeros((len(at), 3))
@@ -129,7 +136,7 @@ def relative_rotation(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the rotations of all blocks, shape (blocks, 3); in the plane they are about z."""
+    """Return the rotation vectors of all blocks, shape (blocks, 3); in the plane they point along z."""
     rotations = np.zeros((len(assembly.scene.blocks), 3))
     of_movable = assembly.problem.moments(d)
     rotations[assembly.movable, 3 - of_movable.shape[1] :] = of_movable
@@ -137,7 +144,10 @@ def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the speed of the fastest corner of each movable block, shape (b,), under velocities (3b,)."""
+    """Return the speed of the fastest corner of each movable block, shape (b,).
+
+    The block velocities d have shape (3b,).
+    """
     at, block = assembly.geometry.corners
     speeds = np.zeros(len(assembly.scene.blocks))
     # ``fmax`` ignores velocities that are NaN.
@@ -146,10 +156,10 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and the blocks that move in a mechanism (3b,) carry no net load.
+    """Return True if λ is negative and the blocks that move in a mechanism (3b,) have no net load.
 
-    A live load along a block's weight cancels the weight at some negative load factor. There the block can
-    move, whatever carries it, so that the mechanism is no collapse.
+    A live load parallel to a block's weight cancels the weight at some negative load factor. Then the block
+    can move regardless of its joints, so the mechanism is not a collapse.
     """
     if load_factor >= -ZERO:
         return False

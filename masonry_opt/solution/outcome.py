@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: Former names of a result's attributes, each with its present name.
+#: Present name of each former attribute of a result.
 FORMER_NAMES = {
     "expected": "incremental",
     "at_expected": "at_incremental",
@@ -35,14 +35,15 @@ FORMER_NAMES = {
 
 @dataclass(frozen=True)
 class Size:
-    """Sizes of the scene and of the linear program."""
+    """Sizes of the scene and of its linear program."""
 
     blocks: int  #: number b of movable blocks
-    joints: int  #: number of joints, in the plane c
-    rows: int | None  #: rows of the linear program, as passed to the solver; None if none was built
-    columns: int | None  #: columns of the linear program; None if none was built
-    nonzeros: int | None  #: nonzero coefficients of the linear program; None if none was built
-    left_out: tuple[str, ...] = ()  #: parts of the scene that were not modelled, each with its reason
+    joints: int  #: number of joints (c in the plane)
+    #: Rows of the linear program, as passed to the solver; None if there is no linear program.
+    rows: int | None
+    columns: int | None  #: columns of the linear program; None if there is no linear program
+    nonzeros: int | None  #: nonzero coefficients of the linear program; None if there is no linear program
+    left_out: tuple[str, ...] = ()  #: parts of the scene that the model leaves out, each with the reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
     __repr__ = brief
@@ -52,62 +53,68 @@ class Size:
 class Outcome:
     """Result of an analysis: load factor, joint forces, mechanism and residuals.
 
-    Tables are made when they are first read. :class:`~masonry_opt.Result` adds words, pictures and files.
+    Tables are computed when they are first read. :class:`~masonry_opt.Result` adds messages, plots and files.
 
     Attributes
     ----------
     case: case file or title of the scene.
     load_case: name of the load case; None if the scene has no load cases.
     method: name of the requested method.
-    model: language that declared the program; "matrices" if no language did, as in an incremental analysis.
+    model: modelling language of the program, such as "cvxpy"; "matrices" if none was used, as in an
+        incremental analysis.
     solver: name of the requested solver, or of the method's own solver. If another language declared the
         program, its solver is named.
-    status: end of the analysis.
+    status: status in which the analysis ended.
     reasons: reasons for the status, as codes with their values.
     usable: True if there is a load factor, or if a scene without live load is stable.
-    time_limit_reached: True if the time limit ended the analysis. A load factor is then the lowest by then.
+    time_limit_reached: True if the time limit ended the analysis. The load factor, if any, is the lowest that
+        was found by then.
     stability: reserves of a stable scene without live load, see :class:`~.solution.stability.Stability`. None
         if a live load acts, or if the scene is unstable.
-    kind: kind of answer, which decides the limits of its residuals.
+    kind: kind of answer, which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
-    infeasibility: proven statement on the existence of λ, with residuals from the matrices alone. None if
-        there is λ, if the scene falls, and above 2000 joints (in space contact points).
-    flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
+    infeasibility: proven statement about the existence of a load factor, with residuals from the matrices
+        alone. None if there is a load factor, if the scene is unstable under dead load, and for more than
+        2000 joints (in space, contact points).
+    flow_rule_matters: False if the associative answer, with which the loop starts, already satisfies the
+        joints' own flow rule.
     iterations: sum of the iterations of the solvers.
     lp_solves: number of linear or cone programs solved, without those for the dead load alone.
     nlp_solves: number of nonlinear programs solved.
-    stationary: after a search (option ``search``): True if no mechanism that was tried at yield lowers λ,
-        False if the solver could not decide for some of them; None without a search.
-    lowest: load factor of the exact Coulomb collapse state, the lowest that the method found; None if its
-        state is not exact.
+    stationary: True if no mechanism that the search (option ``search``) tried lowers λ, False if the solver
+        could not decide for some mechanisms; None without a search.
+    lowest: lowest load factor of the exact Coulomb collapse states that the method found; None if it found no
+        exact state.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
         history in which the live load is raised from rest, with elastic contacts. None if the history
         has no collapse, if it is switched off, and for methods with associative flow.
-    end: load factor at the end of the load history, in which the blocks move on; None if the history was not
-        followed to its end.
+    end: load factor at the end of the load history, when the blocks move without end; None if the history was
+        not followed to its end.
     incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
     at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
         None if the incremental load factor is switched off.
-    associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
+    associative: load factor with associative flow, an upper bound of all Coulomb load factors; None if
+        unlimited.
     q, d: joint forces and block velocities as arrays, in the units of the problem's matrices
         (``assembly.problem``); see :func:`~masonry_opt.certify`. None if they are not known.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
-    bound: lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies. It is that of ``proof``, or
-        by method "global"; the latter may be valid only below limits of rates and forces, which ``reasons``
-        state. None without a bound.
-    proof: proof by conflicts that no state is lower, see :func:`~masonry_opt.check_proof`. It needs no limits
-        of rates and forces. None without a proof.
+    bound: lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound. The bound is that
+        of ``proof``, or of method "global". A bound of method "global" may assume limits of rates and forces,
+        which ``reasons`` state. None without a bound.
+    proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
+        assumes no limits of rates and forces. None without a proof.
     seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
         the drawing; 0 if all joints are as drawn.
-    largest_shift: largest distance by which a contact point was moved for this purpose; 0 if none was moved.
+    largest_shift: largest distance by which a contact point was moved to align contacts; 0 if none was moved.
     size: sizes of the scene and the linear program.
     assembly: the matrices of the scene.
     solution: forces and velocities in the units of the matrices.
-    warnings: properties of the scene that look unintended, as codes with values. They change no other result.
+    warnings: properties of the scene that look unintended, as codes with values. They do not affect the
+        analysis.
     """
 
     method: str
@@ -123,7 +130,7 @@ class Outcome:
 
     @property
     def status(self) -> Status:
-        """Status of the analysis at its end."""
+        """Status in which the analysis ended."""
         return self.solution.status
 
     @property
@@ -138,7 +145,7 @@ class Outcome:
 
     @property
     def stability(self) -> Stability | None:
-        """Reserves of a stable scene without live load; None if a live load acts, or if it is unstable."""
+        """Reserves of a stable scene without live load; None for other scenes."""
         return self.solution.stability
 
     @property
@@ -148,7 +155,7 @@ class Outcome:
 
     @property
     def kind(self) -> Kind:
-        """Kind of answer, which decides the limits of its residuals."""
+        """Kind of answer, which determines the limits of its residuals."""
         return self.solution.kind
 
     @property
@@ -158,7 +165,7 @@ class Outcome:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces, one for each column of the matrix B, in the problem's unit; None if unknown.
+        """Joint forces, one entry for each column of the matrix B, in the problem's units; None if unknown.
 
         :func:`~masonry_opt.certify` explains their order.
         """
@@ -166,27 +173,33 @@ class Outcome:
 
     @property
     def d(self) -> np.ndarray | None:
-        """Block velocities, one for each row of the matrix B, in the problem's units; None if unknown."""
+        """Block velocities, one entry for each row of B, in the problem's units; None if unknown."""
         return self.solution.d
 
     @property
     def flow_rule_matters(self) -> bool:
-        """False if the loop's associative start already obeys the joints' own flow rule."""
+        """False if the associative answer already satisfies the joints' own flow rule."""
         return self.solution.flow_rule_matters
 
     @property
     def stationary(self) -> bool | None:
-        """True if no mechanism that a search tried lowers λ, False if undecided; None without a search."""
+        """True if no mechanism that the search tried lowers λ, False if some were not decided.
+
+        None without a search.
+        """
         return self.solution.stationary
 
     @property
     def bound(self) -> float | None:
-        """Lower bound of λ, below which no exact Coulomb state with λ ≥ 0 lies; None without a bound."""
+        """Lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound.
+
+        None without a bound.
+        """
         return self.solution.bound
 
     @property
     def proof(self) -> Proof | None:
-        """Proof by conflicts that no state is lower; None without a proof."""
+        """Proof by conflicts that no collapse state has a lower load factor; None without a proof."""
         return self.solution.proof
 
     @property
@@ -214,7 +227,7 @@ class Outcome:
         return f"{type(self).__name__}({attributes})"
 
     def __getattr__(self, name: str) -> Any:
-        """Raise AttributeError; if the name is a former name, the message states the present one."""
+        """Raise AttributeError; for a former name, the message states the present name."""
         if name in FORMER_NAMES:
             raise AttributeError(f"'{name}' is now called '{FORMER_NAMES[name]}'")
         raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
@@ -239,7 +252,7 @@ class Outcome:
         - ``nx``: unit normal, which points into the first block.
         - ``n`` (along the normal, compression > 0), ``s`` (size of the shear), ``fx``: resultant on the first
           block.
-        - ``px``: point on which n acts; NaN if the joint is not pressed.
+        - ``px``: point of action of n; NaN if the joint is not pressed.
         - ``torsion``: moment about the normal at this point; at the centroid if the joint is not pressed.
         - ``slip`` (size), ``opening``, ``vx`` (both): rates of the first block relative to the second, at the
           centroid.
@@ -251,7 +264,7 @@ class Outcome:
 
     @cached_property
     def contacts(self) -> "pd.DataFrame | None":
-        """Table with one row for each contact point in space, in the order of the joints; None in the plane.
+        """Table with one row for each contact point in space, ordered by joint; None in the plane.
 
         - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
         - ``x``, ``y``, ``z``: the point.
@@ -262,7 +275,7 @@ class Outcome:
         - ``utilisation``: |shear| over c + μ n; 0 if friction is unlimited, NaN if the point carries no
           force.
 
-        If a joint has more than three points, their forces are one of many that have its resultant.
+        If a joint has more than three points, its resultant does not determine their forces uniquely.
         """
         return frames.contact_frame(self.assembly, self.solution)
 
@@ -274,10 +287,10 @@ class Outcome:
         ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the right-handed rotation about the axes,
         ``wx``, ``wy``, ``wz``.
 
-        Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead
-        load does this work, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| is
-        a sum of components. In space it is a sum of the sizes of forces and moments about centroids. The unit
-        of length of these moments is half the root of the median joint's area.
+        Velocities are scaled so that the live load does the work Σ|f_L|. If the reasons contain the code "no
+        work", the dead load does this work, together with the lowest forces of ties, props and earth. In the
+        plane Σ|f_L| is a sum of components. In space it is a sum of the magnitudes of forces and moments
+        about centroids. The unit of length of the moments is half the square root of the median joint area.
         """
         return frames.block_frame(self.assembly, self.solution)
 
@@ -285,17 +298,17 @@ class Outcome:
     def ties(self) -> "pd.DataFrame":
         """Table with one row for each tie or prop.
 
-        - ``name``, ``kind``: its name, and "tie" or "prop".
-        - ``first``, ``second``: names of its blocks; "ground" does not move.
+        - ``name``, ``kind``: name, and "tie" or "prop".
+        - ``first``, ``second``: names of the connected blocks; "ground" does not move.
         - ``force``: tension, for a prop compression, in the case's unit, from ``lowest`` to ``highest``.
         - ``lengthens``: rate of lengthening.
-        - ``yields``: True if it is at its highest force and moves on in the mechanism.
+        - ``yields``: True if the force is at its upper limit and the tie or prop yields in the mechanism.
         """
         return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
     @cached_property
     def pressures(self) -> "pd.DataFrame":
-        """Table with one row for each face on which a fill presses, with the columns of ``ties``.
+        """Table with one row for each block face on which a fill presses, with the columns of ``ties``.
 
         ``first`` is the block of the face. ``force`` is horizontal and directed into the face. It is at least
         ``lowest``, the active pressure, and at most ``highest``, the mobilised share of the passive pressure.
@@ -320,17 +333,18 @@ class Outcome:
     def curve(self) -> "pd.DataFrame | None":
         """Load–displacement curve of the load history; None unless option ``curve`` requested it.
 
-        The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
+        The load never decreases, so the curve has jumps instead of falling branches. Each row is an
         equilibrium:
 
         - ``load_factor``: load factor λ.
-        - ``displacement``: displacement of the live load since the dead load, its work over its forces. The
-          unit is the closing of a joint of mean length under the mean contact force of the dead load.
+        - ``displacement``: displacement of the live load (its work divided by its forces) from equilibrium
+          under the dead load. The unit is the closing of a joint of mean length under the mean contact force
+          of the dead load.
         - ``jump``: True if the blocks came to rest after a damped motion.
-        - ``sliding``, ``opening``: numbers of joints that slide under pressure, and that are open at an
-          edge or wholly.
+        - ``sliding``, ``opening``: number of joints that slide under pressure, and number of joints that are
+          open, at one edge at least.
         - ``starts_sliding``, ``starts_opening``: names of the two blocks of each joint that slides, or opens,
-          for the first time. In the first row the joint does so under the dead load alone.
+          for the first time. The first row is the state under the dead load alone.
         """
         history = self.solution.load_history
         if not self.solution.tells_curve or history is None:
@@ -360,9 +374,11 @@ class Outcome:
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        """Statement on the existence of a load factor, with residuals; None if a load factor is known.
+        """Statement about the existence of a load factor, with its residuals.
 
-        Its ``clamped`` joints are rows of ``joints``.
+        None if a load factor is known.
+
+        The indices ``clamped`` refer to rows of ``joints``.
         """
         certificate = self.solution.infeasibility
         if self.load_factor is not None or certificate is None:
@@ -396,7 +412,7 @@ class Outcome:
 
     @property
     def lowest(self) -> float | None:
-        """Load factor of the exact Coulomb collapse state; None if the state is not exact."""
+        """Lowest load factor of the exact Coulomb collapse states found; None without an exact state."""
         return self.load_factor if self.exact else None
 
     @cached_property
@@ -406,7 +422,7 @@ class Outcome:
 
     @property
     def size(self) -> Size:
-        """Sizes of the scene and of the linear program."""
+        """Sizes of the scene and of its linear program."""
         problem, lp = self.assembly.problem, self.solution.size
         rows, columns, nonzeros = (None, None, None) if lp is None else astuple(lp)
         points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
@@ -419,10 +435,10 @@ class Outcome:
 
     @property
     def range(self) -> tuple[float | None, float | None]:
-        """Lower and upper bound of the least λ with the joints' own flow rule; None if not known.
+        """Lower and upper bound of the least λ with the joints' own flow rule; None for an unknown bound.
 
-        The lower bound is proven without assumptions. The upper bound is λ if λ is exact, else the
-        associative load factor.
+        The lower bound is proven without assumptions. The upper bound is λ if its state is exact; otherwise
+        it is the associative load factor.
         """
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
@@ -431,7 +447,7 @@ class Outcome:
     def crushing(self) -> str:
         """Strength law of the answer: "parabola", or "chords" inside the parabola; "" without a strength.
 
-        With chords moments are up to 0.65 % smaller.
+        Chords permit moments that are up to 0.65 % smaller.
         """
         return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
@@ -439,8 +455,8 @@ class Outcome:
     def friction_law(self) -> str:
         """Friction law of the answer in space: "cone", or "polygon of P sides" inside the cone.
 
-        The polygon has at least cos(π/P) of the cone's friction. The value is "" in the plane, if friction is
-        unlimited, and if there are neither forces nor velocities.
+        The friction of the polygon is at least cos(π/P) times that of the cone. The value is "" in the plane,
+        if friction is unlimited, and if there are neither forces nor velocities.
         """
         found = self.solution.found
         is_empty = found.q is None and found.d is None
@@ -448,12 +464,12 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem with the friction and strength laws that limit the forces of the solution."""
+        """Problem with the friction law and the strength law that limit the forces of the solution."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property
     def tilt_angle(self) -> float | None:
-        """Tilt of the ground at collapse, atan λ in degrees; None if the scene has no tilted ground."""
+        """Tilt of the ground at collapse, atan λ in degrees; None if the scene is not tilted."""
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))

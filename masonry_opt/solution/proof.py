@@ -1,9 +1,9 @@
 """Record of a proof that no collapse state has a lower load factor.
 
-A collapse state satisfies z_i p_i = 0 for each yield condition i: the condition moves (p_i > 0) and is at
-yield (z_i = 0), or does not move. One Boolean variable per condition says which. A *conflict* is a clause: it
-refutes one combination of values by the multipliers of a linear program. The proof is complete if no
-assignment satisfies all clauses.
+A collapse state satisfies z_i p_i = 0 for each yield condition i: the condition either moves (p_i > 0) at
+yield (z_i = 0), or does not move. One Boolean variable for each condition states if it moves. A *conflict* is
+a clause that excludes one combination of values, by the multipliers of a linear program. The proof is
+complete if no assignment satisfies all clauses.
 
 The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict from the matrices.
 Forces, load factors and velocities are in the units of :class:`~masonry_opt.problem.problem.Problem`.
@@ -23,18 +23,19 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Forces that sum to this many times all loads are covered by a conflict, and motions that sum to this many
-#: times the live load's mean velocity. A larger number requires multipliers with smaller rounding errors.
+#: Range of a conflict: it is valid for forces that sum to at most this many times all loads, and for motions
+#: that sum to at most this many times the mean velocity of the live load. A larger number requires
+#: multipliers with smaller rounding errors.
 REACH = 1e6
 
 
 @dataclass(frozen=True, eq=False)
 class StaticConflict:
-    """Yield conditions that no state with a load factor from 0 to the bound can have at yield together.
+    """Set of yield conditions that cannot all be at yield in a state with a λ from 0 to the bound.
 
     The multipliers are a motion with Bᵀd = C(μ)ᵀp and p ≥ 0 on all other conditions. Every state of
-    equilibrium has z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so that a
-    condition with p < 0 is not at yield.
+    equilibrium satisfies z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so
+    at least one condition with p < 0 is not at yield.
     """
 
     conditions: np.ndarray  #: indices of the conditions, shape (n,)
@@ -45,17 +46,17 @@ class StaticConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering, which states that at least one of the conditions does not move."""
+        """Clause in DIMACS numbering: at least one of the conditions does not move."""
         return [-(int(condition) + 1) for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Yield conditions of which at least one moves in every mechanism that a λ up to the bound can drive.
+    """Set of yield conditions: in every mechanism with a λ from 0 to the bound, at least one moves.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0
-    on all other conditions. The energy e·p of a mechanism is the least that its slip and crushing dissipate.
+    on all other conditions. Slip and crushing in a mechanism dissipate at least the energy e·p.
     """
 
     conditions: np.ndarray  #: indices of the conditions, shape (n,)
@@ -67,20 +68,20 @@ class KinematicConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering, which states that at least one of the conditions moves."""
+        """Clause in DIMACS numbering: at least one of the conditions moves."""
         return [int(condition) + 1 for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class EnergyBound:
-    """Lower bound of (μ − tan ψ) n in a sliding joint, for all states with λ from 0 to the bound.
+    """Lower bound of the force (μ − tan ψ) n in a sliding joint, for λ from 0 to the bound of a proof.
 
-    The multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp and p ≥ 0
-    on all conditions but the joint's own, which is at yield where the joint slides.
+    The multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp. The rates
+    satisfy p ≥ 0 on all conditions except the joint's own sliding condition, which is at yield.
     """
 
-    condition: int  #: index of the sliding condition
-    value: float  #: the bound, a force
+    condition: int  #: index of the joint's sliding condition
+    value: float  #: lower bound of (μ − tan ψ) n, a force
     d: np.ndarray  #: multipliers of equilibrium, shape (3b,)
     p: np.ndarray  #: multipliers of the yield conditions, shape (faces,)
 
@@ -95,14 +96,16 @@ class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
     bound: float  #: load factor up to which the proof excludes all collapse states
-    #: Lowest load factor of the known exact states, for information: the proof concerns the bound alone, and
-    #: :func:`masonry_opt.check_proof` checks only that this load factor exceeds it.
+    #: Lowest load factor of the exact states found, for information only. The proof is about the bound:
+    #: ``mo.check_proof`` only checks that this load factor exceeds the bound.
     load_factor: float
-    conditions: int  #: number of yield conditions, each of which is one Boolean variable
-    conflicts: tuple[Conflict, ...]  #: conflicts, with multipliers; no assignment satisfies all their clauses
-    energy_bounds: tuple[EnergyBound, ...]  #: lower bounds of friction that the kinematic conflicts use
-    #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule a joint slides
-    #: in only one sense at a time, so that each pair is one more clause.
+    conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
+    #: Conflicts with their multipliers; no assignment satisfies all their clauses.
+    conflicts: tuple[Conflict, ...]
+    #: Lower bounds of friction forces that the kinematic conflicts use.
+    energy_bounds: tuple[EnergyBound, ...]
+    #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
+    #: slide in both senses at once, so each pair is an additional clause.
     senses: np.ndarray
 
     def __str__(self) -> str:
@@ -117,7 +120,7 @@ class Proof:
         return f"<Proof bound={self.bound!r}, load_factor={self.load_factor!r}, {sizes}>"
 
     def clauses(self) -> list[list[int]]:
-        """Return the clauses of conflicts, then those of the two senses of sliding, in DIMACS numbering."""
+        """Return the clauses of all conflicts and sliding joints, in DIMACS numbering."""
         own = [conflict.clause for conflict in self.conflicts]
         return own + [[-(int(one) + 1), -(int(other) + 1)] for one, other in self.senses]
 
@@ -133,7 +136,7 @@ class Proof:
         return "\n".join(lines) + "\n"
 
     def to_json(self) -> str:
-        """Return the proof as JSON text, in which every number has all its digits."""
+        """Return the proof as JSON text with all digits of every number."""
         table: dict[str, Any] = {
             JSON_KEY: WRITER,
             "format": FORMAT,
@@ -148,7 +151,7 @@ class Proof:
         return json.dumps(table)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the proof to a file as JSON; replace a file of another program only with ``force``.
+        """Write the proof to a JSON file; ``force`` permits replacing a file of another program.
 
         Raises
         ------
@@ -174,18 +177,22 @@ class Proof:
         except OSError as error:
             raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
         except ValueError as error:
-            raise CaseError(f"{path}: is not JSON ({error}): write the proof again with Proof.save") from None
+            raise CaseError(f"{path}: not JSON ({error}): write the proof again with Proof.save") from None
         if not isinstance(table, dict) or table.get("format") != FORMAT:
             raise CaseError(f"{path}: not a proof of format {FORMAT}: write the proof again with Proof.save")
         try:
             return cls._from_table(table)
         except (KeyError, TypeError, ValueError) as error:
-            damage = f"key {error} is missing" if isinstance(error, KeyError) else f"damaged ({error})"
-            raise CaseError(f"{path}: {damage}: write the proof again with Proof.save") from None
+            damage = (
+                f"key {error} is missing" if isinstance(error, KeyError) else f"a value is wrong: {error}"
+            )
+            raise CaseError(
+                f"{path}: not a complete proof ({damage}): write the proof again with Proof.save"
+            ) from None
 
     @classmethod
     def _from_table(cls, table: dict[str, Any]) -> Self:
-        """Return the proof of the table that a JSON file contains."""
+        """Return the proof that the table of a JSON file describes."""
         static = [StaticConflict(**_as_arrays(one)) for one in table["static"]]
         kinematic = [KinematicConflict(**_as_arrays(one)) for one in table["kinematic"]]
         return cls(

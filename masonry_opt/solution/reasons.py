@@ -1,4 +1,7 @@
-"""Reasons for the end of an analysis, as codes with values. The package ``words`` makes sentences of them."""
+"""Reasons for the status of an analysis, as codes with values.
+
+:mod:`masonry_opt.reporting.sentences` turns the codes into sentences.
+"""
 
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -8,7 +11,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Status(StrEnum):
-    """Status in which an analysis ended. Only the first two statuses have a load factor."""
+    """Statuses in which an analysis can end. Only the first two have a load factor."""
 
     OPTIMAL = "optimal"
     CONVERGED = "converged"
@@ -34,7 +37,8 @@ class Status(StrEnum):
     def unlimited(self) -> bool:
         """True if the method found no limit of the live load.
 
-        UNLIMITED is proven. LOCKED is proven for associative flow alone, and JAMMED for no flow rule.
+        UNLIMITED is proven for the joints' own flow rule, and LOCKED only for associative flow. JAMMED is not
+        proven.
         """
         return self in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
@@ -45,208 +49,260 @@ class Status(StrEnum):
 
 
 class Code(StrEnum):
-    """Codes of reasons and warnings; the comment on each code lists the values of its message."""
+    """Codes of reasons and warnings.
 
-    # Reason of a stable scene without live load. Values: ``unique``, True if
-    # equilibrium alone fixes the joint forces; ``elastic``, True if the forces are those of elastic contacts
-    # that come to rest under the dead load, False if a linear or cone program found the forces.
+    The comment on each code states its meaning, and the values that its message needs.
+    """
+
+    # The scene has no live load and is stable. Values: ``unique``, True if equilibrium alone fixes the joint
+    # forces; ``elastic``, True if elastic contacts determine the forces, False if a linear or cone program
+    # does.
     CARRIED = "carried"
-    # Value: ``blocks``, the blocks that fall. This code and the next ones state, for all methods, why no load
-    # factor exists.
+    # The scene is unstable under its dead load. Value: ``blocks``, the blocks that fall.
     FALLS = "falls"
-    # Value: ``blocks``, the falling blocks that no joint supports from below.
+    # No joint supports some falling blocks from below. Value: ``blocks``, these blocks.
     HANGS = "hangs"
-    # Value: ``blocks``, the blocks that would fall even if no joint could slide.
+    # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
-    # Values: ``pairs``, the two blocks of each joint that slides; ``factor``, multiplier of all friction
-    # coefficients with which the scene is stable (None if unknown); ``above``, the largest multiplier that is
-    # known to be too small; ``hangs``, True if no joint supports one of the blocks from below.
+    # The scene would be stable with more friction. Values: ``pairs``, the two blocks of each joint that
+    # slides; ``factor``, a sufficient multiplier of all friction coefficients, None if unknown; ``above``,
+    # the largest multiplier that is known to be too small; ``hangs``, True if no joint supports one of the
+    # blocks from below.
     FRICTION_WOULD_HOLD = "friction would hold"
+    # The scene would be stable if no joint could crush. There are no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
-    # Values: ``word``, status of the last solver; ``ratio``, largest over smallest dead load of a block.
+    # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
+    # largest divided by smallest dead load of a block.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # Values: ``load_factor``, λ of the withdrawn answer, or None; ``blocks``, the blocks that move.
+    # Only wedging could carry the dead load, so the answer is withdrawn. Values: ``load_factor``, λ of the
+    # withdrawn answer, or None; ``blocks``, the blocks that move.
     WEDGED = "wedged"
-    # Value: ``load_factor``, λ (zero or less) of a collapse state that the scene does not reach from rest.
+    # The only collapse state that was found has a load factor of zero or less, and is not reached from rest.
+    # Value: ``load_factor``, λ of this state.
     BELOW_ZERO = "below zero"
-    SOLVER_STOPPED = "solver stopped"  # Value: ``word``, status of the solver
-    # Value: ``word``, status of a solver that returned an answer outside its tolerance.
+    # A solver failed. Value: ``word``, status of the solver.
+    SOLVER_STOPPED = "solver stopped"
+    # A solver did not reach its tolerance. Value: ``word``, status of the solver.
     STOPPED_SHORT = "stopped short"
+    # Dilatancy of sliding joints locks the blocks in associative flow. There are no values.
     DILATANCY_LOCKS = "dilatancy locks"
+    # The live load does no positive work in any mechanism, so it cannot cause collapse. There are no values.
     NO_MECHANISM = "no mechanism"
-    # Values: ``static_cuts`` and ``kinematic_cuts``, the numbers of both kinds of cuts in the proof.
+    # It is proven that no collapse state exists. Values: ``static_cuts`` and ``kinematic_cuts``, the numbers
+    # of both kinds of cuts in the proof.
     NO_COLLAPSE = "no collapse"
+    # Forces within the friction limits carry any multiple of the live load. There are no values.
     CARRIES_ANY = "carries any"
-    # Value: ``pairs``, the two blocks of each joint in self-stress.
+    # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"
-    # Values: ``status`` of the analysis; ``pairs``, the two blocks of each joint that keeps the live load
-    # from causing collapse.
+    # Some joints prevent the live load from causing collapse. Values: ``status`` of the analysis; ``pairs``,
+    # the two blocks of each such joint.
     JOINTS = "joints"
-    # Values: ``fixed``, True if equilibrium alone determines all forces, so that the load factor given is the
-    # only one above zero; ``against``, True if the mechanism moves against the live load.
+    # The live load does not drive the mechanism. Values: ``fixed``, True if equilibrium alone determines all
+    # forces, so that no other load factor above zero exists; ``against``, True if the mechanism moves against
+    # the live load.
     NO_WORK = "no work"
-    # Values: ``seconds``, the time limit; ``phase`` in which the limit was reached. If there is no answer:
+    # The time limit ended the analysis. Values: ``seconds``, the time limit; ``phase`` of the analysis;
     # ``carried``, the largest load factor that the load history has carried, or None; ``last``, λ of the last
-    # step of another method, or None.
+    # step of another method, or None. The last two are None if there is an answer.
     TIME_LIMIT = "time limit"
-    # Values: ``load_factor``, λ of the rejected answer; ``residuals`` that exceed their limits.
+    # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer; ``residuals``
+    # that exceed their limits.
     NOT_CERTIFIED = "not certified"
 
-    # The loop of linear programs. Value: ``by``, the excess of λ over the associative load factor.
+    # The loop ended above the associative load factor, so the associative load factor is the result. Value:
+    # ``by``, the difference of the two load factors. This code and the next ones belong to the loop of linear
+    # programs.
     ABOVE_ASSOCIATIVE = "above associative"
+    # The associative answer already satisfies the flow rule, so the loop stops. There are no values.
     FLOW_RULE_IDLE = "flow rule idle"
-    # Values: ``count``, the number of sub-problems; ``lowest`` and ``highest`` λ of the last sub-problems.
+    # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
+    # ``lowest`` and ``highest`` λ of the last sub-problems.
     STILL_CHANGES = "still changes"
-    # Values: ``load_factor``, λ of the last sub-problem; ``count``, the number of sub-problems.
+    # λ grows without limit in the loop. Values: ``load_factor``, λ of the last sub-problem; ``count``, the
+    # number of sub-problems.
     GROWS = "grows"
-    # Values: ``period``, the number of sub-problems in a cycle; ``lowest`` and ``highest`` λ in the cycle;
-    # ``exact``, True if the loop ends with an exact state.
+    # The load factors of the loop repeat in a cycle. Values: ``period``, the number of sub-problems in a
+    # cycle; ``lowest`` and ``highest`` λ in the cycle; ``exact``, True if the loop ends with an exact state.
     REPEATS = "repeats"
-    # Values: ``number`` of the failed sub-problem; ``word``, status of the solver.
+    # A linear program of the loop was not solved. Values: ``number`` of this sub-problem; ``word``, status of
+    # the solver.
     SUB_PROBLEM_FAILED = "sub-problem failed"
-    # Value: ``number`` of the sub-problem that has no equilibrium state.
+    # A linear program of the loop has no equilibrium state. Value: ``number`` of this sub-problem.
     SUB_PROBLEM_EMPTY = "sub-problem empty"
-    # Values: ``first``, status of the first run; ``remedies``, the options that were changed in the repeated
-    # runs; ``in_vain``, True if all repeated runs failed.
+    # The loop was repeated with other options. Values: ``first``, status of the first run; ``remedies``, the
+    # options that were changed in the repeated runs; ``in_vain``, True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
-    # Value: ``load_factor``, lowest λ of a sub-problem whose own state verifies it; None without such a
-    # sub-problem.
+    # The loop reports the lowest load factor of a sub-problem that the sub-problem's own state verifies.
+    # Value: ``load_factor``, this load factor, or None without such a sub-problem.
     LEAST_BORNE_OUT = "least borne out"
 
-    # First code of the incremental analysis. Values: ``steps`` and ``jumps``, the numbers of load steps and
-    # of jumps in a load history that ends in an exact state.
+    # The load history of the incremental analysis ends in an exact state. Values: ``steps`` and ``jumps``,
+    # the numbers of load steps and of jumps.
     COLLAPSE = "collapse"
-    # Values: ``steps`` and ``jumps``, numbers as for "collapse"; ``carried`` and ``not_carried``, the load
-    # factors between which equilibrium is lost.
+    # Equilibrium is lost in a load history, but no exact state was found nearby. Values: ``steps`` and
+    # ``jumps``, the numbers of load steps and of jumps; ``carried`` and ``not_carried``, the load factors
+    # between which equilibrium is lost.
     RANGE = "range"
-    # Value: ``steps``, the number of load steps of a load history without an end.
+    # The load history has no end, because the contact forces grow with the load. Value: ``steps``, the number
+    # of load steps.
     UNBOUNDED = "unbounded"
-    # Values: ``word``, how the load history ended; ``steps``, the number of load steps; ``looped``, True if
-    # the loop of linear programs also found no collapse; ``searched``, True if a search found no collapse
-    # state.
+    # The load history led to no collapse state. Values: ``word``, how it ended; ``steps``, the number of load
+    # steps; ``looped``, True if the loop of linear programs also found no collapse; ``searched``, True if a
+    # search found no collapse state.
     UNDECIDED = "undecided"
-    # Value: ``carried``, the largest load factor of a load history without an end, which exceeds λ of the
-    # answer.
+    # A load history without an end exceeds λ of the answer. Value: ``carried``, the largest load factor of
+    # the load history.
     CARRIES_MORE = "carries more"
+    # There is no load history, because the dilatancy falls with stress. There are no values.
     DILATANCY_FALLS = "dilatancy falls"
-    # Value: ``joints`` (in space ``contacts``), a number that is too large for a load history.
+    # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), their number.
     NOT_COMPUTED = "incremental not computed"
-    # Values: ``draws``, the number of random stiffnesses, and of random self-stresses; ``stiffness`` and
-    # ``stress``, the range of the incremental load factor in each case, or None; ``without``, the number of
-    # load histories without a collapse.
+    # Load histories were repeated with random input. Values: ``draws``, the number of random stiffnesses, and
+    # of random self-stresses; ``stiffness`` and ``stress``, the range of the incremental load factor in each
+    # case, or None; ``without``, the number of load histories without a collapse.
     SPREAD = "spread"
-    # Values: ``states``, the number of load steps; ``jumps``, the number of jumps among the load steps.
+    # The load–displacement curve was requested. Values: ``states``, the number of load steps; ``jumps``, the
+    # number of jumps among them.
     CURVE = "curve"
 
-    # The MPEC. Value: ``epsilon``, the largest permitted product z p.
+    # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product z p.
     LOCAL_MINIMUM = "local minimum"
+    # The loop, which provides the start of the MPEC, failed.
     START_FAILED = "start failed"
-    # Values: ``word``, status of IPOPT; ``epsilon`` of the program that failed.
+    # IPOPT failed at one relaxation of the MPEC. Values: ``word``, status of IPOPT; ``epsilon`` of the
+    # program that failed.
     RELAXATION_STOPPED = "relaxation stopped"
+    # IPOPT failed at the first relaxation of the MPEC.
     NOTHING_SOLVED = "nothing solved"
 
-    # First code of the search for lower load factors. Values: ``candidates``, the number of starts;
-    # ``count``, the number of different exact states found; ``least`` and ``most``, the smallest and largest
-    # of their load factors.
+    # The method found exact states from several starts. Values: ``candidates``, the number of starts;
+    # ``count``, the number of different exact states; ``least`` and ``most``, the smallest and largest of
+    # their load factors.
     STATES_MET = "states met"
-    # Value: ``candidates``, the number of starts, which all led to one load factor.
+    # All starts led to one load factor, but there were only few starts. Value: ``candidates``, the number of
+    # starts.
     FEW_STARTS = "few starts"
-    # Values: ``candidates``, the number of starts; ``interrupted``, True if the user ended the search.
+    # The search for lower load factors has ended. Values: ``candidates``, the number of starts;
+    # ``interrupted``, True if the user ended the search.
     SEARCHED = "searched"
+    # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
+    # The search ended before it found an exact state.
     NO_TIME = "no time"
 
-    # First code of method "global". All its codes have the values ``bound``, the lower bound of λ;
-    # ``load_factor``, λ of the answer; ``rates``, the largest sum of rates for which the bound is valid, or
-    # None; ``forces``, True if the bound assumes a limit of normal forces.
+    # The lower bound equals the lowest load factor, without any assumption. All codes of method "global" have
+    # the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer; ``rates``, the largest sum
+    # of rates for which the bound is valid, or None; ``forces``, True if the bound assumes a limit of normal
+    # forces.
     PROVEN = "proven"
+    # The bounds agree for states within the assumed limits of rates and forces.
     WITHIN_IMPOSED = "within imposed"
+    # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # An additional value is ``time_limit``, in seconds.
+    # The time limit was reached before the bounds agreed. An additional value is ``time_limit``, in seconds.
     OUT_OF_TIME = "out of time"
-    # An additional value is ``time_limit``, in seconds.
+    # The time limit was reached before the bounds agreed, and the bound assumes limits of rates or forces. An
+    # additional value is ``time_limit``, in seconds.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
-    NO_EXACT_STATE = "no exact state"  # Value: ``time_limit``, in seconds
+    # The time limit was reached before an exact state was found, so there is no upper bound. Value:
+    # ``time_limit``, in seconds.
+    NO_EXACT_STATE = "no exact state"
 
-    # First code of the finite motion of a mechanism after the onset of collapse. The codes name events of the
-    # motion and reasons for its end.
+    # λ has decreased to zero in the finite motion of a mechanism. This code and the next ones name events of
+    # the finite motion and reasons for its end.
     REACHES_ZERO = "reaches zero"
-    # Value: ``pairs``, the two blocks of the joint.
+    # An open joint closes in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_CLOSES = "joint closes"
-    JOINT_OPENS = "joint opens"  # Value: ``pairs``, the two blocks of the joint
-    # Values: ``associative`` load factor, None if unlimited; ``pairs``, the two blocks of each joint that
-    # slides at the onset of collapse; ``turning``, in space λ at which a single body rotates.
+    # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
+    JOINT_OPENS = "joint opens"
+    # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
+    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``turning``, in space λ
+    # at which a single body rotates.
     NOT_HINGING = "not hinging"
-    # Value: ``pairs``, the two blocks of each joint that slides.
+    # Joints begin to slide in the finite motion. Value: ``pairs``, the two blocks of each such joint.
     JOINTS_SLIDE = "joints slide"
-    # Value: ``blocks``, the blocks that meet where there is no joint.
+    # Two blocks touch where there is no joint. Value: ``blocks``, the two blocks.
     BLOCKS_MEET = "blocks meet"
+    # Closed joints prevent any further motion of the mechanism.
     LOCKS = "locks"
+    # Blocks have separated, and several motions are possible.
     BRANCHES = "branches"
-    # Value: ``steps``, the number of states that were computed.
+    # λ is above zero after the largest number of states. Value: ``steps``, the number of states.
     STILL_CARRIES = "still carries"
+    # The linear program of the forces at the next state was not solved.
     FORCES_UNDECIDED = "forces undecided"
 
-    # Values: ``friction``; ``pairs``, the two blocks of each joint, empty for the default of all joints. This
-    # code and the next ones warn about properties of the scene that look unintended.
+    # Friction exceeds that of any dry joint. Values: ``friction``; ``pairs``, the two blocks of each joint,
+    # empty for the default of all joints. This code and the next ones are warnings about properties of the
+    # scene that look unintended.
     FRICTION_HIGH = "friction high"
-    # Values: ``dilatancy``, ``friction``, ``pairs``.
+    # Sliding closes a joint by more than its friction resists. Values: ``dilatancy``, ``friction``,
+    # ``pairs``.
     DILATANCY_LOW = "dilatancy low"
-    # Value: ``blocks``, the supports without function.
+    # Some supports have no function: no movable block, fill, tie or prop touches them. Value: ``blocks``,
+    # these supports.
     IDLE_SUPPORTS = "idle supports"
-    # Value: ``pairs``, the two blocks of each joint that transfers friction only because of self-stress.
+    # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
+    # joint.
     HELD_BY_CLAMPING = "held by clamping"
-    # Values: ``blocks``, the blocks far away; ``distance`` from all other blocks; ``size``, the extent of all
-    # other blocks.
+    # Some blocks are far away from all other blocks. Values: ``blocks``, the blocks far away; ``distance``
+    # from all other blocks; ``size``, the extent of all other blocks.
     FAR_AWAY = "far away"
-    # Values: ``blocks`` with another unit weight; ``ratio``, unit weight of the first of them over the
-    # median; ``median`` of all unit weights; ``per_area``, True if unit weights are per area (in the plane
-    # without a thickness).
+    # Unit weights of blocks suggest different units. Values: ``blocks`` with another unit weight; ``ratio``,
+    # unit weight of the first of these blocks divided by the median; ``median`` of all unit weights;
+    # ``per_area``, True if unit weights are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
-    # Values: ``fill``, number of the fill, from 1; ``backing``, True for the fill's backing and False for the
-    # fill; ``unit_weight`` of the fill or backing; ``beside``, "blocks" or "fill", with which ``unit_weight``
-    # is compared; ``other``, the unit weight of these blocks or this fill.
+    # The unit weight of a fill or backing suggests another unit. Values: ``fill``, number of the fill, from
+    # 1; ``backing``, True for the fill's backing and False for the fill; ``unit_weight`` of the fill or
+    # backing; ``other``, the unit weight with which it is compared; ``beside``, "blocks" or "fill", the
+    # origin of ``other``.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
-    # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
-    # ``value`` of the strength or prestress; ``weight`` of a median block, or the sum of all dead loads if
-    # the value is too large.
+    # The strength or prestress of a tie or prop suggests another unit. Values: ``kind``, "tie" or "prop";
+    # ``name`` of the tie or prop; ``key``, "strength" or "prestress"; ``value`` of the strength or prestress;
+    # ``weight`` of a median block, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
-    # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``option`` of the scene that
-    # closes all gaps, "tolerance" or "contact_tolerance"; ``tolerance``, the value of that option.
+    # Small gaps between blocks carry no force. Values: ``pairs`` of blocks on both sides of a gap; ``widths``
+    # of the gaps; ``option`` of the scene that closes all gaps, "tolerance" or "contact_tolerance";
+    # ``tolerance``, the value of that option.
     SMALL_GAPS = "small gaps"
-    # Values: ``pairs`` of blocks that face each other, but have no joint because their sides are too short
-    # for the tolerance; ``widths`` of the gaps between these blocks.
+    # Blocks face each other but have no joint, because their sides are too short for the tolerance. Values:
+    # ``pairs`` of these blocks; ``widths`` of the gaps between them.
     LOST_JOINTS = "lost joints"
-    # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
-    # in radians; ``tolerance`` of the scene.
+    # Alignment rotated some joints. Values: ``pairs``, the two blocks of each such joint; ``turn``, the
+    # largest rotation, in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"
-    # Values: ``pairs``, the two blocks of each joint that is nearly parallel to another joint; ``angle``, the
-    # largest angle between two such joints, in radians; ``tolerance`` that aligns these joints.
+    # Joints of one block are nearly parallel. Values: ``pairs``, the two blocks of each such joint;
+    # ``angle``, the largest angle between two joints, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
-    # Value: ``pairs``, the two blocks of each joint at which corners meet (in space, edges along each other).
+    # Corners meet at a joint (in space, edges along each other). Value: ``pairs``, the two blocks of each
+    # such joint.
     JOINT_AT_CORNERS = "joint at corners"
-    # Value: ``pairs``, names of blocks that meet only at corners.
+    # Blocks meet only at corners, without a joint. Value: ``pairs``, the names of these blocks.
     CORNERS_MEET = "corners meet"
-    # Value: ``pairs``, names of blocks in space that touch without a common normal.
+    # Blocks in space touch without a common normal, so they have no joint. Value: ``pairs``, the names of
+    # these blocks.
     WITHOUT_NORMAL = "without normal"
-    # Value: ``blocks``, names of solids whose faces were reversed.
+    # The order of the vertices was reversed in some faces of a solid. Value: ``blocks``, the names of the
+    # solids.
     FACES_TURNED = "faces turned"
-    # Values: ``pairs``, the two blocks of each joint at a corner; ``normal_forces`` of the joints, largest
-    # first.
+    # Corners press on edges of limited strength. Values: ``pairs``, the two blocks of each joint at such a
+    # corner; ``normal_forces`` of the joints, largest first.
     CORNERS_BEAR = "corners bear"
-    # Values: ``number`` of the edge load, from 1; ``length`` without effect.
+    # A part of an edge load has no effect. Values: ``number`` of the edge load, from 1; ``length`` of the
+    # part without effect.
     BARE_EDGE_LOAD = "bare edge load"
-    AXLES_LEFT_OUT = "axles left out"  # Value: ``names`` of the groups of axles
-    # Values: ``load``, "live" or "dead"; ``blocks`` with a force outside; ``distance`` of the first such
-    # force from its block.
+    # The scene was solved without its axles. Value: ``names`` of the groups of axles.
+    AXLES_LEFT_OUT = "axles left out"
+    # A force acts outside of its block. Values: ``load``, "live" or "dead"; ``blocks`` with such a force;
+    # ``distance`` of the first such force from its block.
     ACTS_OUTSIDE = "acts outside"
-    # Values: ``load``, "live" or "dead"; ``blocks`` with an unusual force; ``ratio`` of the force on the
-    # first of them to its weight.
+    # Forces on blocks suggest another unit than their weights. Values: ``load``, "live" or "dead"; ``blocks``
+    # with an unusual force; ``ratio`` of the force on the first of these blocks to its weight.
     FORCES_DIFFER = "forces differ"
 
 
-#: Names of the values that are load factors, for each code. These values are converted when the live load is
-#: scaled.
+#: Names of the values that are load factors, by code. They are converted when the live load is scaled.
 LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.WEDGED: ("load_factor",),
     Code.BELOW_ZERO: ("load_factor",),
@@ -264,9 +320,9 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Reason:
-    """Reason or warning: a code, and the values that its message needs."""
+    """Reason or warning, as a code with the values that its message needs."""
 
-    code: Code  #: the code
+    code: Code  #: code of the reason or warning
     #: Values of the reason by name; the comments in ``Code`` describe them.
     values: dict[str, Any] = field(default_factory=dict)
 
@@ -281,5 +337,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of ``joints`` (in space, ``contacts``) of a problem, for the values of a reason."""
+    """Return the number of ``joints`` (in space, ``contacts``) of a problem, as values of a reason."""
     return {problem.layout.called: problem.joints}

@@ -1,4 +1,4 @@
-"""Columns of a result's JSON from which its certificate can be recomputed without the package.
+"""Return columns for a result's JSON, from which other programs can recompute its certificate.
 
 Tables of a result contain the joint forces and the velocities of the blocks. These columns add the points on
 which forces act, the loads of the blocks, and the limits of the yield conditions. Forces and lengths are in
@@ -17,7 +17,7 @@ Columns = dict[str, list[Any]]
 
 
 def load_columns(assembly: Assembly) -> Columns:
-    """Return the dead and live load of each movable block, with moments about its centroid.
+    """Return the dead load and the live load of each movable block, with moments about its centroid.
 
     In the plane the columns also contain the ``vertices`` of the block.
     """
@@ -38,11 +38,12 @@ def load_columns(assembly: Assembly) -> Columns:
 
 
 def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
-    """Return the limits and the flow rule of each joint, or of each contact point in space.
+    """Return the yield limits and the flow rule of each joint, in space of each contact point.
 
-    ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
-    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength).
-    ``flow_slope`` is the opening per unit slip under the flow rule of the answer.
+    - ``friction``: friction coefficient μ.
+    - ``cohesion_force``: cohesion times the area of the joint or contact point.
+    - ``crushing_force``: normal force that crushes the whole joint; infinite without a strength.
+    - ``flow_slope``: opening per unit slip by the flow rule of the answer.
     """
     problem = assembly.problem
     friction, crushing = (np.full(problem.joints, np.inf) for _ in range(2))
@@ -63,11 +64,11 @@ def normal_columns(assembly: Assembly) -> Columns:
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return the points of application and the directions of limited forces that have one of the given roles.
+    """Return the points of application and the directions of limited forces with the given roles.
 
-    The point is on the first block of the limited force. ``ux``, ``uy`` (``uz``) is the force on this block
-    per unit of the limited force. The second block of a tie or prop carries the opposite force on the same
-    line.
+    The point is on the first block of the limited force. The columns ``ux``, ``uy`` (and ``uz``) are the
+    force on this block per unit of the limited force. The opposite force acts on the second block of a tie or
+    prop, along the same line.
     """
     actions = [force.actions[0] for force in assembly.limited if force.role in roles]
     points = [action.point + assembly.geometry.origin for action in actions]

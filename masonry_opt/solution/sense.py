@@ -1,4 +1,4 @@
-"""Warnings about properties of a scene that are allowed but look unintended. Warnings refuse no scene."""
+"""Warn about properties of a scene that are permitted but look unintended."""
 
 from collections.abc import Callable, Iterator
 
@@ -16,47 +16,49 @@ from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
-#: Unusual properties of joints: the code of the warning, the names of the properties, and the test. Friction
-#: above 3 (tan 72°) exceeds that of any dry joint, and may be an angle in degrees. Dilatancy below −friction
-#: is a contraction that friction cannot resist.
+#: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
+#: Friction above 3 (tan 72°) exceeds that of any dry joint, and may be an angle in degrees. Dilatancy below
+#: −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
-#: Distance of a group of blocks from all other blocks above which the group is far away. The distance is
-#: relative to the larger of two sizes: of the group, and of all other blocks together.
+#: Distance of a group of blocks from all other blocks above which the group counts as far away. The distance
+#: is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
-#: a factor of a thousand; stone and timber differ by a factor of five. A larger value misses mistakes in some
-#: materials. Below this ratio, unit weights are compared with typical values of masonry and earth.
+#: a factor of 1000; stone and timber differ by a factor of 5. With a larger value, mistakes in some materials
+#: cause no warning. Below this ratio, unit weights are compared with typical values of masonry and earth.
 _OTHER_UNITS = 300.0
 
-#: Ratio of weights per area above which typical values are compared, if blocks are given by their weights. In
-#: the plane, different thicknesses of blocks can cause smaller ratios.
+#: Ratio of two weights per area above which the weights are compared with typical values, for blocks that are
+#: specified by their weight. In the plane, different thicknesses of blocks can cause smaller ratios.
 _OTHER_THICKNESS = 50.0
 
-#: Ratio of the strength of a tie or prop, or of a prestress, to the sum of all dead loads above which their
-#: units probably differ. A larger value misses a strength in N in large scenes with weights in kN.
+#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads, above which their units
+#: probably differ. With a larger value, a strength in N in a large scene with weights in kN causes no
+#: warning.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: Ratio of a block's weight to the strength of a tie or prop above which the strength is too small to matter.
+#: Ratio of a block's weight to the strength of a tie or prop, above which the strength is too small to have
+#: an effect.
 _WEIGHT_TO_STRENGTH = 100.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop above which the strength is too small
-#: to matter, if it is also smaller than a fifth of a block's weight.
+#: Ratio of the sum of all dead loads to the strength of a tie or prop, above which the strength is too small
+#: to have an effect. The strength must also be smaller than a fifth of a block's weight.
 _SUM_TO_STRENGTH = 1000.0
 
-#: Ratio of a block's weight to a dead force on the block above which the force is too small to matter. Small
-#: live forces cause no warning, because a live force is often a unit force.
+#: Ratio of a block's weight to a dead force on the block, above which the force is too small to have an
+#: effect. Small live forces cause no warning, because a live force is often a unit force.
 _WEIGHT_TO_FORCE_RATIO = 3000.0
 
-#: Distance by which a force may act outside of its block because of rounding. The distance is relative to the
-#: size of the block (the root of its area or volume).
+#: Largest distance of a force from its block that counts as rounding, relative to the size of the block (the
+#: root of its area or volume).
 _OUTSIDE = 0.02
 
-#: Share of a block's weight up to which a difference of forces is rounding.
+#: Share of a block's weight below which a difference of forces counts as rounding.
 _FORCE_DIFFERENCE_TOLERANCE = 1e-9
 
 #: Code of the warning about blocks that meet without a joint, by dimension.
@@ -64,7 +66,10 @@ _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """Return the warnings about a scene and, if given, its solution, as codes with values."""
+    """Return the warnings about a scene, as codes with values.
+
+    Some warnings need a solution; they are omitted if it is None.
+    """
     of_wedges = tuple(wedges(assembly, solution))
     return (
         *_joints(assembly),
@@ -85,7 +90,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 
 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unusual properties of joints.
+    """Yield warnings about unusual friction or dilatancy of joints.
 
     One warning is about the defaults of the scene. Another one names all joints with an unusual property of
     their own, with the values of the first of these joints.
@@ -101,10 +106,10 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names the supports without function, or no warning if there are none.
+    """Return a warning that names the supports without function; the list is empty if there are none.
 
-    A support has a function if it has a joint to a movable block, carries fill, or is an end of a tie or
-    prop.
+    A support has a function if it has a joint with a movable block, if a fill touches it, or if a tie or prop
+    ends at it.
     """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
@@ -128,8 +133,8 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
     """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
 
-    The warning also names the option that closes all gaps. A tolerance also aligns the joints in warnings
-    about wedges.
+    The warning also names the option that closes all gaps. If the option is ``tolerance``, its value also
+    aligns the joints in warnings about wedges.
     """
     joints = assembly.joints
     gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
@@ -154,9 +159,9 @@ def _lost_joints(assembly: Assembly) -> list[Reason]:
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about blocks that meet at corners, with or without a joint, and inconsistent solids.
+    """Yield warnings about blocks that meet at corners, and about solids with inconsistent faces.
 
-    The vertices of an inconsistent solid are clockwise in some of its faces and counter-clockwise in others.
+    The vertices of such a solid are clockwise in some of its faces and counter-clockwise in others.
     """
     at_corners = [assembly.names(np.array(pair)) for pair in assembly.joints.at_corners]
     if at_corners:
@@ -170,7 +175,7 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names corners, in the plane, that press on edges of limited strength.
+    """Return a warning about corners that press on edges of limited strength, in the plane.
 
     The strength does not limit the normal force on a corner, which has no area.
     """
@@ -179,7 +184,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing of corners may be the limit in reality.
+        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -192,7 +197,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about edge loads that extend beyond the edges, and about axles that do not act."""
+    """Yield warnings about edge loads beyond the ends of edges, and about axles that are left out."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
@@ -206,8 +211,8 @@ def _loads(assembly: Assembly) -> Iterator[Reason]:
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Return a warning that names groups of blocks that are far away from all other blocks.
 
-    Blocks linked by joints form a group. A group is far away if it is far from the bounding box of all other
-    groups.
+    Blocks that joints connect form a group. The distance of a group is measured from the bounding box of all
+    other groups.
     """
     group = linked(len(assembly.scene.blocks), assembly.joints.first, assembly.joints.second)
     groups = group.max() + 1
@@ -217,15 +222,15 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # Bounds of the box around all other groups. Each bound is the least value of all groups, or the second
-    # least value if the least value belongs to the group itself.
+    # Bounds of the box around all other groups. Each bound is the least value over all groups, or the second
+    # least value if the group itself has the least one.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
     apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
     far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
-    # The largest group is the structure itself.
+    # The largest group counts as the structure itself.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
@@ -260,7 +265,7 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Return warnings about unit weights and force-to-weight ratios that suggest a mix of units."""
+    """Return warnings about unit weights and about ratios of force to weight that suggest mixed units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
     density = _unit_weights(assembly)
@@ -277,11 +282,11 @@ def _weights(assembly: Assembly) -> list[Reason]:
     mixed = heavy & differs & in_other_unit(density, median)
     values = {"median": median, "per_area": per_area}
     warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, mixed, **values)
-    # A light block, such as a jack's plate, may carry a force that is large for itself and small for the
-    # other blocks. Such a force is compared with the median weight.
+    # A light block, such as a jack's plate, may carry a force that is large compared with its own weight but
+    # small compared with other blocks. Such a force is compared with the median weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
-    # The weight and the forces of fill are subtracted, so that only forces from the user are checked.
+    # Weights and forces of fill are subtracted, so that only forces specified by the user are checked.
     of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
     dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
     for name, force, least in (("live", live, np.inf), ("dead", dead, _WEIGHT_TO_FORCE_RATIO)):
@@ -294,19 +299,22 @@ def _weights(assembly: Assembly) -> list[Reason]:
 
 
 def _unit_weights(assembly: Assembly) -> np.ndarray:
-    """Return the weight of each movable block divided by its area or volume, shape (b,)."""
+    """Return the unit weight of each movable block (its weight per area or volume), shape (b,)."""
     scene, movable = assembly.scene, assembly.movable
     size = assembly.geometry.size[movable] * scene.thickness
     return weights(scene, assembly.geometry, movable) / size
 
 
 def _lower_median(values: np.ndarray) -> float:
-    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
+    """Return the median of values.
+
+    For an even number of values, it is the smaller of the two middle values.
+    """
     return float(np.quantile(values, 0.5, method="lower"))
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unit weights of fills and backings that suggest a unit other than the blocks'.
+    """Yield warnings about unit weights of fills and backings whose unit seems to differ from the blocks'.
 
     If all blocks are weightless, fills and backings are compared with each other.
     """
@@ -329,7 +337,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _strengths(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about strengths and prestresses of ties and props that suggest a wrong unit."""
+    """Yield warnings about strengths and prestresses of ties and props that seem to have a wrong unit."""
     problem = assembly.problem
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():
@@ -337,7 +345,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     median = _lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
-    # A small prestress is no mistake: a tie may be tightened by hand.
+    # A small prestress is not an error, because a tie may be tightened by hand.
     least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}
     for force in assembly.limited:
         if force.role not in (Role.TIE, Role.PROP):
@@ -358,7 +366,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a reason that names the blocks whose ratio is extreme, with the most extreme first.
+    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.

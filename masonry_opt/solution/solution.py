@@ -1,4 +1,4 @@
-"""Solutions, which methods return: numbers without the names and units of the scene."""
+"""Solutions that methods return, as numbers without the names and units of the scene."""
 
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -19,61 +19,63 @@ from masonry_opt.solvers.registry import LpSize, Solver
 
 @dataclass(frozen=True)
 class LogEntry:
-    """Log entry of one step of a method that consists of several steps."""
+    """Log entry for one step of a method with several steps."""
 
     step: str  #: name of the step
     load_factor: float | None  #: lowest load factor known after the step
     exact_states: int  #: number of different exact states known after the step
     seconds: float  #: duration of the step
-    note: str = ""  #: further result of the step in words
+    note: str = ""  #: additional information about the step, as text
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Outcome of a method: status, answer and reasons, in the dimensionless units of the problem."""
 
-    status: Status  #: end of the analysis
-    kind: Kind  #: kind of answer, which decides the limits of its residuals
+    status: Status  #: status in which the analysis ended
+    kind: Kind  #: kind of answer, which determines the limits of its residuals
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
-    #: The answer, if the status is usable; else the forces and velocities that are known.
+    #: Answer, if the status is usable; otherwise the forces and velocities that are known.
     found: FinalState = field(default_factory=FinalState)
-    flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
-    exact_end: bool = False  #: True if the loop ended with forces that obey the true law exactly
+    #: False if the associative answer already satisfies the joints' own flow rule
+    flow_rule_matters: bool = True
+    exact_end: bool = False  #: True if the loop ended with forces that satisfy the exact friction law
     history: tuple[Any, ...] = ()  #: one record for each step of the method
-    #: True if no mechanism that the search tried leads to a lower λ; None if this is not known.
+    #: True if no mechanism that the search tried leads to a lower λ; None if unknown.
     stationary: bool | None = None
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
     #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
-    #: Solution of method "incremental"; if the method was not run, its reasons state why. None if the
-    #: incremental load factor is switched off, or if the scene falls under its dead load.
+    #: Solution of method "incremental". If the method was not run, its reasons state the cause. None if the
+    #: incremental load factor is switched off, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
-    #: Lower bound of λ from a proof or from method "global". The reasons list assumptions of the bound.
+    #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
-    bound_derived: bool = False  #: True if the bound assumes nothing
-    proof: Proof | None = None  #: proof that no state has a lower load factor; None without a proof
+    bound_derived: bool = False  #: True if the bound is proven without assumptions
+    proof: Proof | None = None  #: proof that no collapse state has a lower load factor; None without a proof
     #: Number of starts of the search for exact states; None for methods without a search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from these starts
-    #: Load factor (zero or negative) of an exact state other than the answer; infinite without such a state.
+    #: Load factor, zero or negative, of an exact state other than the answer. Infinite without such a state.
     below_zero: float = inf
-    #: True if no other load factor above zero can cause collapse, because equilibrium alone determines all
-    #: forces.
+    #: True if equilibrium alone determines all forces, so that no other load factor above zero can cause
+    #: collapse.
     is_only_state: bool = False
     #: True if the user or the time limit ended the method, so that a longer run may find a lower λ.
     interrupted: bool = False
-    #: True if the answer is the exact state in which the load history ended and the blocks continue to move.
+    #: True if the load history was followed to its end, and the answer is the exact state at this end.
     followed_to_end: bool = False
-    #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.
+    #: Largest load factor of the load history, if the load history ends at a lower load factor; otherwise
+    #: None.
     peak: float | None = None
-    #: Proof that no λ exists, or the result of an undecided attempt; None if no proof was tried.
+    #: Proof that no load factor exists, or the result of an undecided attempt; None without an attempt.
     infeasibility: InfeasibilityCertificate | None = None
-    #: Reserves of a stable scene without live load; None if a live load acts, or if the scene is unstable.
+    #: Reserves of a stable scene without live load; None for other scenes.
     stability: Stability | None = None
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
-    #: Solver of the method that computed this solution, which may differ from the method that the user chose.
+    #: Solver of the method that computed this solution. The user may have chosen another method.
     solver: Solver | None = None
 
     __repr__ = brief
@@ -95,7 +97,7 @@ class Solution:
 
     @property
     def load_history(self) -> LoadHistory | None:
-        """Load steps of the method as a load history; None if its steps are of another kind."""
+        """Load steps of the method as a load history; None if the method has no load steps."""
         if not self.history or not isinstance(self.history[0], LoadStep):
             return None
         return LoadHistory(self.history)
@@ -115,12 +117,12 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis: ``self`` or ``incremental``; None if there is none."""
+        """Solution of the incremental analysis (``self`` or ``incremental``); None if it does not exist."""
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if there is no load history, or if it has no end."""
+        """Largest load factor of the load history; None without a load history that ends."""
         state = self.at_incremental
         if state is None:
             return None
@@ -137,7 +139,7 @@ class Solution:
         return any(each.code is code for each in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
-        """Return the values of the reason with the given code; empty if no reason has this code."""
+        """Return the values of the reason with the given code; empty if no reason has the code."""
         return next((each.values for each in self.reasons if each.code is code), {})
 
     @property
@@ -147,10 +149,10 @@ class Solution:
 
     @property
     def carries_any_load(self) -> bool:
-        """True if the scene is stable and no multiple of the live load makes it collapse.
+        """True if the scene is stable and provably no multiple of the live load makes it collapse.
 
-        Either a proof or an unbounded associative program shows this. The status of a Coulomb method is no
-        proof.
+        The evidence is a proof or an unbounded associative program. The status of a Coulomb method is not
+        sufficient.
         """
         if self.status is Status.UNSTABLE:
             return False
@@ -168,7 +170,10 @@ class Solution:
         return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy with a new status and one reason, without the former answer's other data."""
+        """Return a copy with a new status and one new reason.
+
+        Data about the former answer are reset to their defaults.
+        """
         return replace(
             self,
             status=status,
@@ -183,17 +188,17 @@ class Solution:
         )
 
     def telling(self, *more: Reason) -> Self:
-        """Return a copy with further reasons appended."""
+        """Return a copy of the solution with further reasons appended."""
         return replace(self, reasons=(*self.reasons, *more))
 
     def telling_first(self, why: Reason) -> Self:
-        """Return a copy with a reason placed before all other reasons."""
+        """Return a copy of the solution with a reason placed before all other reasons."""
         return replace(self, reasons=(why, *self.reasons))
 
     def withdrawn(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy without an answer; the status and the reason explain the withdrawal.
+        """Return a copy of the solution without its load factor, with the reason for the withdrawal.
 
-        Forces and velocities stay, without their load factor.
+        The forces and velocities remain available.
         """
         found = self.found
         without_load_factor = FinalState(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
@@ -201,11 +206,11 @@ class Solution:
         return replace(ended, found=without_load_factor)
 
     def failing(self) -> dict[str, float | None]:
-        """Return the residuals that exceed the limits of the kind of answer; empty without an answer."""
+        """Return the residuals that exceed the limits for the kind of answer; empty without an answer."""
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:
-        """Return the solution, without its answer if residuals of the answer exceed their limits."""
+        """Return the solution; withdraw its answer if a residual exceeds its limit."""
         failing = self.failing()
         if failing:
             return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

@@ -1,4 +1,4 @@
-"""The answer for a scene without live load that is stable: its reserves, and where its resultants act."""
+"""Reserves of a stable scene without live load, and the positions of the resultants in its joints."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -12,21 +12,21 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
-#: Normal force above which a joint counts as pressed, as a share of the dead load of the lighter block. Below
-#: it, the resultant of a joint says little about the stability of the scene.
+#: Normal force above which a joint counts as pressed, as a share of the dead load of the joint's lighter
+#: block. The resultants of other joints are ignored, because they have little influence on stability.
 _PRESSED_SHARE = 0.01
 
 
 @dataclass(frozen=True)
 class WorstJoint:
-    """Joint whose resultant is nearest to the edge of the joint, relative to the size of the joint.
+    """Joint with the least margin between its resultant and its edge, relative to the joint's size.
 
     Attributes
     ----------
     first, second: names of the two blocks.
     distance: distance of the resultant from the nearest edge of the joint, in the scene's unit of length.
     margin: 0 if the resultant acts at the edge of the joint, 1 if it acts at the middle. In the plane it is
-        the distance from the nearer end over half the length of the joint.
+        the distance from the nearer end, divided by half the length of the joint.
     """
 
     first: str
@@ -43,12 +43,12 @@ class Stability:
     ----------
     unique: True if equilibrium alone fixes the resultants of all joints. Otherwise the joint forces are one
         of many solutions.
-    equilibrium: largest unbalanced entry of the joint forces, over the total dead load.
+    equilibrium: largest unbalanced force or moment on a block, divided by the total dead load.
     yield_: largest violation of a yield condition by the joint forces, in median block weights.
     least_friction_factor: smallest factor on all friction coefficients with which forces carry the dead load.
         None if no joint can slide, or if the factor was not computed because the scene is large.
-    least_friction: this factor times the friction coefficient, if all joints that can slide have the same.
-        None otherwise.
+    least_friction: smallest friction coefficient, the factor times the coefficient, if all joints that can
+        slide have the same coefficient; otherwise None.
     geometric_margin: largest share by which all joints can shrink towards their middles while forces still
         carry the dead load. With a margin of 0.4 all resultants fit into the middle 60 % of the joints. None
         if joints have a limited strength, or if the margin was not computed because the scene is large.
@@ -70,22 +70,25 @@ class Stability:
 
 
 def are_resultants_unique(assembly: Assembly) -> bool:
-    """Return True if equilibrium alone is shown to fix the resultants of all joints.
+    """Return True if equilibrium alone provably fixes the resultants of all joints.
 
     Resultants are unique if the joint forces are unique. They are also unique if joints and limited forces
-    connect the blocks without closed loops: each of them then carries all loads on one side of it.
+    connect the blocks without closed loops, because each connection then carries all loads on one of its
+    sides.
     """
     scene, joints = assembly.scene, assembly.joints
     B = assembly.problem.B
     if scene.dimension == 2:
-        # Both contact points of a corner on an edge coincide, so that only the sum of their forces matters.
+        # If a corner touches an edge, both contact points of the joint coincide, so only the sum of their
+        # forces matters.
         is_second = np.zeros(B.shape[1], dtype=bool)
         count = len(joints.first)
         is_second[count : 2 * count] = joints.extent == 0
         B = B[:, ~is_second]
     if has_independent_columns(B):
         return True
-    # All supports are one node, with the number of the first support. Number -1 also stands for the ground.
+    # All supports and the ground form one node, which has the number of the first support. The index -1,
+    # which is that of the ground, refers to the last entry.
     node = np.append(np.where(scene.fixed, int(scene.fixed.argmax()), np.arange(len(scene.blocks))), 0)
     node[-1] = node[int(scene.fixed.argmax())]
     first, second = joints.first, joints.second
@@ -101,9 +104,10 @@ def are_resultants_unique(assembly: Assembly) -> bool:
 
 
 def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
-    """Return the joint whose resultant is nearest to its edge under joint forces q, shape (3c + t,).
+    """Return the joint with the least margin between its resultant and its edge under forces q.
 
-    Joints without length (in space, without area) and joints that are hardly pressed are left out.
+    The joint forces q have shape (3c + t,). Joints without length (in space, without area) and joints with
+    very small normal forces are left out.
     """
     joints, problem = assembly.joints, assembly.problem
     n = np.zeros(len(joints.joint))
@@ -122,7 +126,7 @@ def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
 
 
 def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
-    """Return the normal force of each joint above which the joint counts as pressed, shape (joints,).
+    """Return the normal force above which each joint counts as pressed, shape (joints,).
 
     ``total`` are the normal forces of the joints.
     """
@@ -133,7 +137,7 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distances of resultants from the nearer ends of their joints, and the margins, in the plane.
+    """Return distances of resultants from the nearer ends of their joints, and margins, shape (2, k).
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
     """
@@ -143,7 +147,7 @@ def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
 
 
 def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distances of resultants from the nearest edges of their joints, and the margins, in space.
+    """Return distances of resultants from the nearest edges of their joints, and margins, shape (2, k).
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points. The
     edges are those of the convex hulls of the points. From the middle to each edge, the margin falls from 1
@@ -158,7 +162,8 @@ def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
         try:
             outward_and_offset = ConvexHull(points).equations
         except QhullError:
-            # The points are nearly in one line, so that the joint has no edge to measure from.
+            # The points are nearly collinear, so the joint has no area in which to measure distances from its
+            # edges.
             measured.append((np.inf, np.inf))
             continue
         reach = -outward_and_offset[:, 2]

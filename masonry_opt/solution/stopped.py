@@ -13,10 +13,10 @@ from masonry_opt.solution.solution import Solution
 
 
 def without_answer(kind: Kind, stop: TimeLimitReached, effort: Effort, last_step: Any = None) -> Solution:
-    """Return the solution of an analysis that the time limit ended before a collapse state was known.
+    """Return the solution of an analysis that the time limit ended before it found a collapse state.
 
-    ``last_step`` is the record of the last step of the method, whose load factor the reason names; None if
-    the method has made no step.
+    ``last_step`` is the record of the method's last step; None if there was no step. The reason states the
+    load factor of this step.
     """
     values: dict[str, Any] = {"carried": None, "last": None}
     load_factor = getattr(last_step, "load_factor", None)
@@ -26,11 +26,11 @@ def without_answer(kind: Kind, stop: TimeLimitReached, effort: Effort, last_step
 
 
 def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> Solution:
-    """Return the solution of an analysis that the time limit ended, with the answer that it has so far."""
+    """Return the solution of an analysis that the time limit ended after it found an answer."""
     why = _time_limit(stop, effort, carried=None, last=None)
     return replace(solution, interrupted=True).telling_first(why)
 
 
 def _time_limit(stop: TimeLimitReached, effort: Effort, **values: Any) -> Reason:
-    """Return the reason that the time limit ended an analysis in its present phase."""
+    """Return the reason that names the time limit and the phase of the analysis in which it was reached."""
     return reason(Code.TIME_LIMIT, seconds=stop.seconds, phase=effort.phase, **values)

@@ -1,69 +1,71 @@
-"""Thresholds above which motions and differences count, for words, pictures and tables.
+"""Thresholds above which motions and differences are reported in messages, plots and tables.
 
-No threshold decides if an answer is accepted: those limits are in :mod:`~masonry_opt.solution.acceptance`.
+The limits that decide if an answer is accepted are in :mod:`~masonry_opt.solution.acceptance`.
 """
 
 from masonry_opt.solution.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner, over that of the scene's fastest corner, below which the block is at
-#: rest. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The slowest
-#: block that is known by hand to move has 5e-3 (``closed_forms/two_leaves``).
+#: Speed of a block's fastest corner below which the block counts as at rest, relative to the fastest corner
+#: of the scene. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The
+#: slowest block that moves by a hand calculation has 5e-3 (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
-#: Slip of a joint, over the speed of the fastest corner, above which the joint slides. A joint between blocks
-#: at rest slips by 2e-3 μ in answers of the loop.
+#: Slip of a joint, relative to the speed of the fastest corner, above which the joint slides. In answers of
+#: the loop, a joint between blocks at rest slips by up to 2e-3 μ.
 SLIDES = MOVES
 
-#: Opening of an edge by rotation, over the speed of the fastest corner, above which the joint hinges.
+#: Opening of a joint's edge by rotation, relative to the speed of the fastest corner, above which the joint
+#: hinges.
 HINGES = MOVES
 
-#: Opening of a joint's edge that opens less than the other, over the speed of the fastest corner, above which
+#: Opening of a joint at the edge that opens less, relative to the speed of the fastest corner, above which
 #: the joint separates.
 SEPARATES = MOVES
 
-#: Closing of an edge, over the speed of the fastest corner, above which a joint of limited strength crushes.
+#: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited
+#: strength crushes.
 CRUSHES = MOVES
 
-#: Share of its highest value above which a limited force (such as the force of a tie) yields, if its end
-#: points move apart, or together, in the mechanism.
+#: Share of its upper limit above which a limited force (such as the force of a tie) counts as yielding. In
+#: addition, its end points must move apart (in a prop, together) in the mechanism.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of the loads at velocities of bounded size, in median block weights, below which no load drives the
-#: velocities. Solvers return up to 1e-9 for a power of zero.
+#: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
+#: return up to 1e-9 for a power of zero.
 DRIVES = 1e-7
 
-#: Share of the scene's largest normal force below which a joint carries no force.
+#: Share of the scene's largest normal force below which a joint counts as free of force.
 IDLE = 1e-6
 
-#: Share of the largest value above which a joint is named in a message. The value is the departure from
-#: associative flow for joints that lock, and the normal force for joints that clamp.
+#: Share of the largest value above which a message names a joint. The value is the departure from associative
+#: flow for joints that lock, and the normal force for joints under self-stress.
 LISTED_JOINT_SHARE = 1e-2
 
-#: Relative difference below which two load factors are equal. Answers of different methods to one state
+#: Relative difference below which two load factors count as equal. Answers of different methods for one state
 #: differ by up to 2e-8 on the case files; different states differ by 8e-4 and more.
 SAME = 1e-6
 
-#: Relative difference above which one load factor is lower than another. The value is the residual limit of
-#: exact states.
+#: Relative difference above which one load factor counts as lower than another. The value is the residual
+#: limit of exact states.
 LOWER = 1e-8
 
-#: Size up to which a load factor counts as zero.
+#: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: Number of starts below which equal load factors are reported as little evidence.
+#: Number of starts below which equal load factors count as weak evidence, which a message states.
 FEW_STARTS = 8
 
-#: Work of the live load over that of the dead load above which a mechanism is reported to move against the
-#: live load.
+#: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves
+#: against the live load.
 APART = 1e-2
 
-#: Smallest jump of the load factor within a narrow interval, as a share of the largest load factor. A smaller
-#: difference between the ends of the interval does not count as a jump.
+#: Smallest difference of load factors within a narrow interval that counts as a jump, relative to the largest
+#: load factor.
 JUMP = 1e-3
 
 
 def same(one: float, other: float) -> bool:
-    """Return True if two load factors are equal up to ``SAME``."""
+    """Return True if two load factors are equal up to the relative difference ``SAME``."""
     return abs(one - other) <= SAME * max(abs(one), abs(other), SMALLEST)
 
 

@@ -1,13 +1,13 @@
-"""Recognise the unit of a unit weight by its value, to warn of inputs in different units.
+"""Guess the unit of a unit weight from its value, to warn about input in different units.
 
-The package takes any consistent units, and so cannot know the unit of a single number. Two numbers are
+The package accepts any consistent units, so it cannot know the unit of a single number. Two numbers are
 probably in different units if each is typical of masonry, earth or concrete in another unit.
 """
 
 import numpy as np
 
-#: Unit weights of stone, brick, concrete, mortar and earth, from light to heavy, by unit. Timber and steel
-#: are outside of these ranges. A fill of foam glass, with 2 kN/m³, is mistaken for a fill in t/m³.
+#: Range of unit weights of stone, brick, concrete, mortar and earth, in each unit. Timber and steel are
+#: outside of these ranges. A fill of foam glass, with 2 kN/m³, is mistaken for a fill in t/m³.
 _TYPICAL: dict[str, tuple[float, float]] = {
     "kN/m³": (10.0, 32.0),
     "N/m³": (10e3, 32e3),
@@ -15,12 +15,15 @@ _TYPICAL: dict[str, tuple[float, float]] = {
     "t/m³": (1.2, 3.3),
 }
 
-#: Value of 1 kN/m³ in each unit.
+#: Value of 1 kN/m³, expressed in each unit.
 _PER_KILONEWTON: dict[str, float] = {"kN/m³": 1.0, "N/m³": 1000.0, "kg/m³": 102.0, "t/m³": 0.102}
 
 
 def typical_unit(unit_weight: float) -> str:
-    """Return the unit in which a unit weight is typical of masonry and earth; empty if there is none."""
+    """Return the unit in which a unit weight is typical of masonry and earth.
+
+    The result is an empty string if there is no such unit.
+    """
     for unit, (light, heavy) in _TYPICAL.items():
         if light <= unit_weight <= heavy:
             return unit
@@ -28,9 +31,9 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return True for each unit weight that is typical in a unit in which ``other`` is not typical.
+    """Return True for each unit weight that looks like a value in another unit than ``other``.
 
-    The entries are False if ``other`` is not typical in any unit.
+    All entries are False if ``other`` is not a typical value in any unit.
     """
     own_unit = typical_unit(other)
     mixed = np.zeros(np.shape(unit_weights), dtype=bool)
@@ -41,7 +44,10 @@ def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
 
 
 def units_in_words(one: float, other: float) -> str:
-    """Return a clause on the units that two unit weights look like; empty if these units do not differ."""
+    """Return a clause that names the units of two unit weights if they seem to differ.
+
+    Otherwise, the clause is empty.
+    """
     units = typical_unit(one), typical_unit(other)
     if "" in units or units[0] == units[1]:
         return ""

@@ -1,4 +1,4 @@
-"""Warnings about joints that are nearly parallel: wedges that may be errors of the drawing."""
+"""Warn about joints that are nearly parallel: wedges that may be errors of the drawing."""
 
 from collections.abc import Iterator
 
@@ -13,30 +13,32 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
-#: fine arches: in a ring of 200 voussoirs the angle is 0.016. A smaller value would miss rough drawings.
+#: Angle, in radians, below which two joints count as nearly parallel. With a larger value, warnings would
+#: name the joints of fine arches: in a ring of 200 voussoirs the angle is 0.016. With a smaller value, rough
+#: drawings would cause no warning.
 _NEARLY_PARALLEL_ANGLE = 0.01
 
-#: Angle, in radians, up to which joints are parallel except for rounding. A larger value hides wedges.
+#: Angle, in radians, below which two joints count as exactly parallel. With a larger value, slight wedges
+#: cause no warning.
 _PARALLEL_ANGLE = 1e-9
 
-#: Rotation of a joint by alignment, in radians, above which a warning names the joint: a millimetre a metre,
-#: the accuracy of cut stones. A larger value hides real wedges that a large tolerance makes parallel. A
-#: smaller value warns more often.
+#: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
+#: millimetre per metre, the accuracy of cut stones. With a larger value, there is no warning if a large
+#: tolerance makes real wedges parallel. A smaller value causes more warnings.
 _NAMED_TURN = 1e-3
 
-#: Share of the friction limit above which a joint is about to slide. A smaller value names joints that carry
-#: less. A larger value misses joints at the limit in answers of interior-point solvers.
+#: Share of the friction limit above which a joint counts as about to slide. With a smaller value, warnings
+#: name joints that carry less shear. With a larger value, joints at the limit are missed in answers of
+#: interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Number of joints of a block, such as a support under many blocks, above which its joints are not compared
-#: with each other. A larger value takes more memory. A smaller value misses wedges of blocks with many
-#: joints.
+#: Largest number of joints of a block whose joints are compared with each other. A support under many blocks
+#: may have more. A larger value needs more memory; a smaller value misses wedges of blocks with many joints.
 _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Yield warnings about sliding joints that are nearly parallel, or that alignment made parallel."""
+    """Yield warnings about sliding joints that are nearly parallel or were aligned to be parallel."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
@@ -54,8 +56,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # Error in the position of a corner that is needed to turn the shorter of the two joints by the angle
-    # between them.
+    # Error in the position of a corner that would turn the shorter of the two joints by the angle between
+    # them.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
@@ -73,7 +75,7 @@ def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
 
 
 def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
-    """Return True for each joint whose shear is at the limit of friction while it is pressed."""
+    """Return True for each joint that is pressed and whose shear is at the friction limit."""
     problem = assembly.problem
     limited = np.zeros(problem.joints, dtype=bool)
     if solution.q is not None:
@@ -86,7 +88,7 @@ def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
 
 
 def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pairs of joints of one movable block that are nearly parallel, and the angles between them."""
+    """Return pairs of nearly parallel joints of one movable block, and the angles between them."""
     joints, chosen = assembly.joints, np.flatnonzero(able)
     block, joint = np.concatenate([joints.first[chosen], joints.second[chosen]]), np.tile(chosen, 2)
     order = np.argsort(block, kind="stable")

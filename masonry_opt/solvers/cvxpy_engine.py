@@ -27,8 +27,8 @@ _CVXPY_VERDICTS = {
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
-#: Option of each solver that limits its time in seconds, by CVXPY's name of the solver. A solver without an
-#: entry runs to its end, and the time limit of the analysis applies after that.
+#: Option that limits a solver's time in seconds, by CVXPY's name of the solver. A solver without an entry
+#: runs to its end, and only then does the time limit of the analysis apply.
 _TIME_LIMITS = {
     cp.CLARABEL: "time_limit",
     cp.HIGHS: "time_limit",
@@ -36,17 +36,18 @@ _TIME_LIMITS = {
     cp.SCS: "time_limit_secs",
 }
 
-#: Number of columns above which every solve compiles the program again, with its parameters as constants.
-#: Smaller programs are compiled once, into a tensor over the parameters. The memory of this tensor grows with
-#: the square of the number of joints. For larger programs the tensor takes more time than compiling again.
+#: Number of columns above which CVXPY compiles the program again for every solve, with its parameters as
+#: constants. Smaller programs are compiled once, into a tensor over the parameters. The memory of this tensor
+#: grows with the square of the number of joints. For larger programs, the tensor takes more time than
+#: compiling again.
 _COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """Program declared in CVXPY, with the solver that solves it.
+    """Program declared in CVXPY, together with the solver that solves it.
 
-    The effort records the solver under the purpose. With ``repeats`` True the program is solved several times
-    with other parameters, and is compiled only once if it is not too large.
+    ``effort`` records the solver under ``purpose``. If ``repeats`` is True, the program is solved several
+    times with different parameters, and is compiled only once if it is not too large.
     """
 
     size: LpSize  #: size of the program as last compiled
@@ -60,17 +61,17 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Add the time and iterations of later solves to another effort.
+        """Record the time and iterations of all later solves in another effort.
 
-        Solves do not depend on earlier solves.
+        Each solve is independent of earlier solves.
         """
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 
     def solve(self) -> Solved:
-        """Compile the program, solve it, and write the solution into its variables.
+        """Compile and solve the program, and write the solution into its variables.
 
-        Raises TimeLimitReached if the time limit of the analysis is over.
+        Raises TimeLimitReached if the time limit of the analysis has passed.
         """
         check_time()
         effort = self.effort
@@ -98,16 +99,17 @@ class CvxpyEngine:
             with effort.measure("read"), warnings.catch_warnings():
                 warnings.simplefilter(
                     "ignore"
-                )  # the status already shows that a solution may be inaccurate, so omit CVXPY's warning
+                )  # omit CVXPY's warning about an inaccurate solution, because the status already states it
                 program.unpack_results(raw, chain, inverse)
-        # CVXPY raises ValueError if HiGHS ends as "unknown" without values.
+        # CVXPY raises ValueError if HiGHS ends with the status "unknown" and returns no values.
         except (cp.SolverError, ValueError) as error:
             check_time(SAME_TIME)
             return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        effort.add("compile", max(elapsed - seconds, 0.0))  # time in which CVXPY passes the matrices
+        # Time that CVXPY needs to pass the matrices to the solver.
+        effort.add("compile", max(elapsed - seconds, 0.0))
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)
         if verdict is Verdict.FAILED:
@@ -118,21 +120,21 @@ class CvxpyEngine:
 def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
-    """Solve a program once; return True if there is a solution to read.
+    """Solve a program once; return True if it has a solution to read.
 
-    ``nearly`` is that of :meth:`~.registry.Solved.readable`.
+    For ``nearly``, see :meth:`~.registry.Solved.readable`.
     """
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Magnitude of an entry above which its row, and then its column, is scaled down to this magnitude. The value
-#: is the geometric mean of 1 and a friction coefficient of 1e6. If either of these were scaled to one, digits
-#: of the other would be lost.
+#: Largest magnitude of an entry. Rows, and then columns, with a larger entry are scaled down to this
+#: magnitude. The value is the geometric mean of 1 and a friction coefficient of 1e6. Scaling either of these
+#: two to one would lose digits of the other.
 _LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """Solve a conic program with large entries scaled down; return the solution in original units.
+    """Solve a conic program after scaling large entries down; return the solution in original units.
 
     The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
     """
@@ -146,7 +148,7 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
     before = _largest(balanced)
     columns = 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE_ENTRY)
     scale = sp.diags_array(columns)
-    # Restore the magnitude of rows, such as p ≥ 0, that the scaling of columns has reduced.
+    # Restore the magnitude of the rows that the scaling of columns has reduced, such as p ≥ 0.
     rows *= _by_cones(before / _largest(balanced @ scale), cone_of_row, dims.zero)
     A = sp.diags_array(rows) @ A
     scaled = data | {"A": (A @ scale).tocsc(), "b": rows * data["b"], "c": columns * data["c"]}
@@ -165,9 +167,9 @@ def _largest(A: Any) -> np.ndarray:
 
 
 def _by_cones(factors: np.ndarray, cone_of_row: np.ndarray, equations: int) -> np.ndarray:
-    """Return row factors that leave the cones of a conic program unchanged.
+    """Return row factors that scale all rows of a cone equally, so that the cones do not change.
 
-    All rows of a cone get the smallest factor of the cone. Equations are not scaled.
+    All rows of a cone get the smallest of their factors. Equations are not scaled.
     """
     factor_of_cone = np.full(cone_of_row[-1] + 1, np.inf)
     np.minimum.at(factor_of_cone, cone_of_row, factors)

@@ -12,9 +12,9 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """Return the engine class of a modelling language, and its models by the name of the formulation.
+    """Return the engine class of a modelling language, and its model classes by formulation.
 
-    Only the language that is used is imported, because an import takes a second.
+    Only the modelling language that is used is imported, because its import takes a second.
     """
     if language == "pyomo":
         from masonry_opt.models.pyomo_kinematic import PyomoKinematic
@@ -34,10 +34,10 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
 
 @dataclass(frozen=True)
 class LpAnswer:
-    """Outcome of a solve of eq. (9) or eq. (10), and the state at the optimum.
+    """Outcome of solving eq. (9) or eq. (10), with the state at the optimum.
 
-    The state is None if the solver found none. The state is near the optimum if the outcome is nearly
-    optimal.
+    The state is None if the solver found no solution. If the outcome is nearly optimal, the state is near the
+    optimum.
     """
 
     solved: Solved
@@ -45,11 +45,13 @@ class LpAnswer:
 
 
 class Driver:
-    """Declared program, "static" or "kinematic", with the solver that solves it.
+    """Static or kinematic program for a problem, together with the solver that solves it.
 
-    The shear limits are at first those of the joints' own friction and cohesion. Limits and states are in the
-    problem's units. The program itself is scaled: with ``of_load`` in units of the load, which is more
-    accurate, otherwise in units of the live load alone.
+    ``formulation`` is "static", eq. (9), or "kinematic", eq. (10).
+
+    The initial shear limits are those of the joints' own friction and cohesion. Limits and states are in the
+    problem's units, but the program is scaled. If ``of_load`` is True, it is scaled to units of the load,
+    which is more accurate; otherwise only the live load is scaled.
 
     Problems with the friction cone or the crushing parabola need CVXPY and a conic solver. ``purpose`` and
     ``repeats`` are those of :class:`~.cvxpy_engine.CvxpyEngine`.
@@ -81,7 +83,7 @@ class Driver:
         return self
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Set the shear limits of the declared program."""
+        """Set the shear limits of the program."""
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
@@ -93,7 +95,7 @@ class Driver:
         nearly : bool
             Accept a nearly optimal point, see :meth:`~.registry.Solved.readable`.
         near : ndarray, shape (3c,), optional
-            Forces of a state near the solution. Their size scales the crushing parabolas.
+            Forces of a state near the solution. The program scales its crushing parabolas by them.
         """
         if self._scaled.problem.by_strength.conic:
             self.model.resize(None if near is None else near / self._scaled.force)
@@ -104,7 +106,10 @@ class Driver:
             return LpAnswer(solved, self._scaled.state(self.model.read()))
 
     def size(self) -> LpSize:
-        """Return the numbers of rows, columns and nonzeros of the program, which must have been solved."""
+        """Return the numbers of rows, columns and nonzeros of the program.
+
+        The program must have been solved before.
+        """
         return self._engine.size
 
 
@@ -114,12 +119,13 @@ _T = TypeVar("_T")
 class ProgramCache:
     """Cache of compiled programs and factorisations, one for each purpose.
 
-    An entry serves other problems that differ only in friction, cohesion and dilatancy, for which
-    :meth:`~.problem.Problem.same_program` is True. Its method ``again_for(problem, effort)`` returns it
-    prepared for such a problem.
+    An entry is also used for problems that differ only in friction, cohesion and dilatancy
+    (:meth:`~.problem.Problem.same_program` is True). Its method ``again_for(problem, effort)`` prepares it
+    for such a problem.
 
-    The cache changes the time of an analysis, but not its load factor: every solve starts cold. Forces of an
-    earlier scene may however show that a scene is stable, even if a solver alone would not decide.
+    The cache changes the time of an analysis, but not its load factor, because every solve starts cold.
+    Forces of an earlier scene may however show that a scene is stable although a solver alone could not
+    decide.
     """
 
     def __init__(self, keeps: bool = False) -> None:
@@ -129,10 +135,10 @@ class ProgramCache:
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """Return the cached entry of a key; build it if the cache has none that fits the problem.
+        """Return the cached entry of a key, or build it if no cached entry fits the problem.
 
-        An entry does not fit if its problem has other matrices, loads or strengths. With ``own`` True the
-        entry is stored for this problem even if the cache serves no other problems.
+        An entry does not fit if its problem has other matrices, loads or strengths. If ``own`` is True, the
+        entry is stored even if the cache does not reuse entries for other problems.
         """
         before, cached = self._entries.get(key, (None, None))
         fits_other = self.keeps and before is not None and problem.same_program(before)
@@ -145,9 +151,9 @@ class ProgramCache:
     def driver(
         self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any
     ) -> Driver:
-        """Return the cached driver of a problem.
+        """Return the cached driver for a problem, or build it.
 
-        The key is the formulation, the solver and the options ``how``.
+        The key consists of the formulation, the solver and the options ``how``.
         """
         key = (formulation, solver.key, problem.forms, *how.items())
         return self.of(key, problem, effort, lambda: Driver(problem, formulation, solver, effort, **how))

@@ -1,4 +1,4 @@
-"""Linear programs as arrays, rigorous bounds from multipliers, and a HiGHS instance that stays loaded."""
+"""Linear programs as arrays, rigorous bounds from dual values, and a HiGHS instance that stays loaded."""
 
 import time
 from collections.abc import Mapping
@@ -17,8 +17,8 @@ from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, i
 if TYPE_CHECKING:
     import cvxpy as cp
 
-#: Size of matrix coefficients below which HiGHS leaves them out, as option ``small_matrix_value``. Nearly
-#: parallel joints have coefficients of 1e-10, which the default of HiGHS, 1e-9, would lose.
+#: Size of matrix coefficients below which HiGHS ignores them (option ``small_matrix_value``). Nearly parallel
+#: joints have coefficients of 1e-10, which HiGHS would ignore with its default of 1e-9.
 SMALLEST_COEFFICIENT = 1e-12
 
 _UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or product in double precision.
@@ -26,7 +26,7 @@ _UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """Linear program: min cost·x with row_lower ≤ A x ≤ row_upper and low ≤ x ≤ high."""
+    """Linear program: min cost·x subject to row_lower ≤ A x ≤ row_upper and low ≤ x ≤ high."""
 
     cost: np.ndarray  #: shape (columns,)
     matrix: sp.csc_array  #: A, shape (rows, columns)
@@ -41,7 +41,7 @@ class LinearProgram:
 
     @classmethod
     def of(cls, program: "cp.Problem") -> "LinearProgram":
-        """Return the linear program of a model declared in CVXPY, as arrays."""
+        """Return the arrays of a linear program that is declared in CVXPY."""
         from cvxpy.constraints import Zero
 
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
@@ -73,7 +73,7 @@ class LinearProgram:
 
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
-        """Return the linear program of a model declared in Pyomo, as arrays."""
+        """Return the arrays of a linear program that is declared in Pyomo."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -102,11 +102,13 @@ class LinearProgram:
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return a rigorous lower bound of the cost for any dual values of the rows, shape (rows,).
+        """Return a rigorous lower bound of the cost from dual values of the rows, shape (rows,).
+
+        Any dual values are permitted, because the bound includes all rounding errors.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``cost·x ≥ value − short·|x|`` for
-        every x within rows and bounds. ``short`` is a bound of all rounding errors, plus the reduced cost of
-        each column whose bound on the needed side is infinite.
+        every feasible x. ``short`` is a bound of all rounding errors. For a column whose needed bound is
+        infinite, the reduced cost is added.
         """
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)
@@ -135,8 +137,8 @@ _HIGHS_VERDICTS = {
 class HighsSession:
     """Linear program that stays loaded in HiGHS between solves.
 
-    The program is declared in CVXPY or a :class:`LinearProgram`. The solver is the simplex method by default;
-    ``options`` are further options of HiGHS. After a change the simplex method starts from the last basis.
+    The program is a CVXPY problem or a :class:`LinearProgram`. The default solver is the simplex method;
+    ``options`` are further options of HiGHS. After a change, the simplex method starts from the last basis.
     """
 
     def __init__(
@@ -148,39 +150,42 @@ class HighsSession:
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self._highs = highspy.Highs()
         self._highs.silent()
-        # Limit the iterations, because the simplex method may cycle. Runs that converge take fewer iterations
-        # than rows plus columns.
+        # The simplex method may cycle, so its iterations are limited. Runs that converge take fewer
+        # iterations than the number of rows plus columns.
         limit = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
         for name, value in {**limit, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
         self._highs.passModel(_loaded(lp))
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
-        """Set the cost coefficients of a variable, in column order."""
+        """Set the cost coefficients of a variable, one for each of its columns."""
         columns = self.columns(variable)
         self._highs.changeColsCost(len(columns), columns, np.asarray(costs, dtype=float))
 
     def set_most(self, variable: Any, most: np.ndarray) -> None:
-        """Set the upper bounds of a variable, in column order."""
+        """Set the upper bounds of a variable, one for each of its columns."""
         columns = self.columns(variable)
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
     def set_bounds(self, variable: Any, low: float, high: float) -> None:
-        """Set equal bounds for all columns of a variable."""
+        """Set the same lower and upper bound for all columns of a variable."""
         self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
 
     def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
-        """Set a common lower bound and individual upper bounds for the given columns."""
+        """Set one lower bound for all given columns, and an upper bound for each of them."""
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the lower bound of each row of a constraint to its upper bound minus its entry of ``room``."""
+        """Set the distance between the lower and upper bound of each row of a constraint.
+
+        The upper bounds do not change.
+        """
         rows = self.rows(constraint)
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
-        """Set the coefficients of a scalar variable in a constraint, one coefficient for each row.
+        """Set the coefficients of a scalar variable in a constraint, one for each row.
 
         The bounds of ``least`` and ``contradiction`` do not include these entries.
         """
@@ -189,22 +194,22 @@ class HighsSession:
             self._highs.changeCoeff(row, column, entry)
 
     def columns(self, variable: Any) -> np.ndarray:
-        """Return the column indices of a variable, in order."""
+        """Return the column indices of a variable, in the order of its entries."""
         return self.lp.columns[variable if isinstance(variable, str) else id(variable)]
 
     def rows(self, constraint: Any) -> np.ndarray:
-        """Return the row indices of a constraint, in order."""
+        """Return the row indices of a constraint, in the order of its entries."""
         return self.lp.rows[constraint if isinstance(constraint, str) else id(constraint)]
 
     def solve(self, seconds: float = inf) -> Verdict:
-        """Solve with the present costs and bounds, within a time limit in seconds; retry from a cold start.
+        """Solve with the present costs and bounds, within a time limit in seconds.
 
-        The retry takes place only if HiGHS fails from a warm start and time remains.
+        If HiGHS fails from a warm start and time remains, the program is solved again from a cold start.
         """
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
         if verdict is Verdict.FAILED:
-            # HiGHS may fail from a warm start; the second run starts cold.
+            # HiGHS may fail from a warm start, so the second run starts cold.
             self._highs.clearSolver()
             remaining = ends - time.perf_counter()
             if remaining > 0:
@@ -213,10 +218,12 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Interrupt a run if its iteration count falls.
+        """Interrupt a run when HiGHS starts again with another interior-point method.
 
-        If a run of HiPO stalls, HiGHS starts again with its older interior-point method. If that method fails
-        too, the multipliers of both methods are lost. The interruption preserves the multipliers of HiPO.
+        The iteration count then falls.
+
+        If a run of HiPO stalls, HiGHS starts its older interior-point method. If this method fails too, the
+        dual values of both methods are lost. The interruption preserves the dual values of HiPO.
         """
         furthest = 0
 
@@ -235,7 +242,7 @@ class HighsSession:
         """
         check_time()
         start = self._highs.getRunTime()
-        # HiGHS counts the time of all runs.
+        # HiGHS measures the total time of all runs, so the limit is added to the time so far.
         self._highs.setOptionValue("time_limit", start + min(seconds, seconds_left()))
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
@@ -250,26 +257,32 @@ class HighsSession:
         return self.point()[self.columns(variable)]
 
     def point(self) -> np.ndarray:
-        """Return the values of all columns after the last run, shape (columns,), or an empty array."""
+        """Return the values of all columns after the last run, shape (columns,); empty without values."""
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
-        """Return the duals of a constraint at the last optimum: change of the cost per unit of the bound."""
+        """Return the dual values of a constraint at the last optimum.
+
+        A dual value is the change of the cost per unit of the bound.
+        """
         return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
-        """Return the duals of all rows after the last run, shape (rows,), or an empty array."""
+        """Return the dual values of all rows after the last run, shape (rows,); empty without values."""
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Return a lower bound of the cost from the last duals; see :meth:`LinearProgram.least`."""
+        """Return a rigorous lower bound of the cost from the last dual values.
+
+        See :meth:`LinearProgram.least`.
+        """
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Return two bounds from a dual ray, which can prove that the last program is infeasible.
+        """Return a lower bound of ``short·|x|`` from a dual ray, which can prove infeasibility.
 
-        The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every x
-        within rows and bounds. A value of 0 proves nothing.
+        The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every
+        feasible x. A value of 0 proves nothing.
         """
         no_cost = np.zeros(len(self.lp.cost))
         _, has_ray, ray = self._highs.getDualRay()
@@ -278,28 +291,28 @@ class HighsSession:
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
     def dual_ray(self) -> np.ndarray | None:
-        """Return row multipliers that refute the last program, shape (rows,); None if HiGHS has none.
+        """Return a dual ray (rows,) that proves the last program infeasible; None if HiGHS has no ray.
 
-        A positive multiplier belongs to the lower bound of its row, a negative one to the upper bound.
+        A positive entry belongs to the lower bound of its row, a negative entry to the upper bound.
         """
         _, exists, ray = self._highs.getDualRay()
         return np.array(ray) if exists else None
 
     def accept_rays_up_to(self, residual: float) -> None:
-        """Let HiGHS call a program infeasible although its dual ray leaves residuals up to a value.
+        """Let HiGHS report infeasibility although its dual ray has residuals up to a value.
 
-        HiGHS takes the value from ``small_matrix_value``, which it reads again when it checks a ray. With the
-        default of 1e-9, which the matrix needs, small programs end as "Unknown" although they are infeasible.
+        HiGHS checks a ray with the option ``small_matrix_value``. With the value that the matrix needs, some
+        small infeasible programs end with the status "Unknown".
         """
         self._highs.setOptionValue("small_matrix_value", residual)
 
     def set_upper_bound_of_row(self, constraint: Any, bound: float) -> None:
-        """Set the upper bound of the one row of a constraint."""
+        """Set the upper bound of a constraint that has a single row."""
         rows = self.rows(constraint)
         self._highs.changeRowsBounds(1, rows, self.lp.row_lower[rows], np.array([bound]))
 
     def _present_program(self) -> LinearProgram:
-        """Return the linear program with the costs and bounds now set in HiGHS."""
+        """Return the linear program with the costs and bounds that are currently set in HiGHS."""
         lp = self._highs.getLp()
         low, high, lower, upper = map(np.array, (lp.col_lower_, lp.col_upper_, lp.row_lower_, lp.row_upper_))
         cost = np.array(lp.col_cost_)

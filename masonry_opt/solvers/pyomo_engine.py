@@ -20,10 +20,9 @@ _PYOMO_VERDICTS = {
 
 
 class PyomoEngine:
-    """Program declared in Pyomo, with a HiGHS instance that keeps it loaded.
+    """Program declared in Pyomo, together with a HiGHS instance in which it stays loaded.
 
-    The arguments are those of :class:`~.cvxpy_engine.CvxpyEngine`. The instance stays loaded whether or not
-    the program ``repeats``.
+    The arguments are those of :class:`~.cvxpy_engine.CvxpyEngine`; ``repeats`` has no effect.
     """
 
     def __init__(
@@ -37,31 +36,31 @@ class PyomoEngine:
             config = self._highs.config
             config.load_solutions = config.raise_exception_on_nonoptimal_result = False
             config.solver_options = solver.options
-            # Only parameters change between solves, so the interface need not detect other changes.
+            # Only parameters change between solves, so the interface does not have to detect other changes.
             updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Add the time of later solves to another effort, and start the next solve as if it were first."""
+        """Record later solves in another effort, and start the next solve without an earlier basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model
-        # HiGHS keeps the basis and the scaling of the matrix of an earlier solve. A model that is passed anew
-        # has neither.
+        # HiGHS keeps the basis and the matrix scaling of an earlier solve. Passing the model again discards
+        # both.
         highs.passModel(highs.getLp())
 
     @property
     def size(self) -> LpSize:
-        """Return the size of the program as loaded in HiGHS."""
+        """Return the size of the program that is loaded in HiGHS."""
         lp = self._highs._solver_model.getLp()
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve with the present parameters, starting from the last basis if there is one.
+        """Solve with the present parameters, starting from the last basis if it exists.
 
-        Raises TimeLimitReached if the time limit of the analysis is over.
+        Raises TimeLimitReached if the time limit of the analysis has passed.
         """
         check_time()
         effort = self.effort
@@ -69,12 +68,12 @@ class PyomoEngine:
         highs = self._highs._solver_model
         start = time.perf_counter()
         before = highs.getRunTime()
-        # HiGHS counts the time of all runs.
+        # HiGHS measures the total time of all runs, so the limit is added to the time so far.
         self._highs.config.time_limit = before + seconds_left() if math.isfinite(seconds_left()) else None
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
-        # Count the remaining time, for passing changed parameters, as compilation.
+        # The remaining time, in which changed parameters are passed to HiGHS, counts as compilation.
         effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition

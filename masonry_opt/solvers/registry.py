@@ -1,4 +1,4 @@
-"""List every solver that a user can name, its capabilities and options, and the outcomes of a solve."""
+"""Registry of all solvers that a user can select, with their capabilities, options and outcomes."""
 
 import importlib.util
 from collections.abc import Callable
@@ -10,13 +10,14 @@ from typing import Any
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.mistakes import did_you_mean, instead_of
 
-#: Default feasibility and gap tolerance of every solver. Larger values cost digits of λ, smaller ones time.
+#: Default feasibility and gap tolerance of every solver. With a larger value λ has fewer correct digits; with
+#: a smaller value solvers take more time.
 SOLVER_TOLERANCE = 1e-9
 
 #: Modelling languages, with the default first.
 LANGUAGES = ("cvxpy", "pyomo")
 
-#: Value in place of a language for methods that solve the matrices without a declared model.
+#: Value of the option ``model`` for methods that work on the matrices without a modelling language.
 MATRICES = "matrices"
 
 #: All values of the option ``model``.
@@ -28,7 +29,7 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Entry of a solver for one modelling language, or of a solver that works on matrices.
+    """Capabilities of a solver in one modelling language, or of a solver that works on matrices.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
@@ -36,24 +37,27 @@ class SolverEntry:
     name: str
     language: str  #: one of ``MODELS``
     engine: str  #: name of the solver in the modelling language
-    options: Options | None  #: solver options for a tolerance; None if the tolerances are fixed
-    brought_by: str = ""  #: optional module that the solver needs; empty if the package always installs it
-    #: True if the solver returns an interior point of the set of optimal states, not a vertex.
+    #: Function that returns the solver options for a tolerance; None if the tolerances are fixed.
+    options: Options | None
+    #: Optional module that the solver needs; empty if it is always installed with the package.
+    brought_by: str = ""
+    #: True if the solver returns an interior point of the set of optimal states instead of a vertex.
     interior: bool = False
-    stops_early: bool = False  #: True if a larger tolerance saves time (HiGHS ends as "unknown" at 1e-4)
+    #: True if a larger tolerance saves time. HiGHS does not: it ends with the status "unknown" at 1e-4.
+    stops_early: bool = False
     decides: bool = True  #: True if the verdicts "infeasible" and "unbounded" can be trusted
     conic: bool = False  #: True if the solver supports second-order cones
     nonlinear: bool = False  #: True if the solver is used for nonlinear programs only
 
     @property
     def linear(self) -> bool:
-        """Return True if the solver solves linear programs."""
+        """Return True if the solver can solve linear programs."""
         return not self.nonlinear and self.language != MATRICES
 
 
 @dataclass(frozen=True)
 class Solver:
-    """Solver with its options for a feasibility and gap tolerance."""
+    """Solver with its options for a given feasibility and gap tolerance."""
 
     entry: SolverEntry
     options: dict[str, Any]
@@ -81,17 +85,19 @@ class Solver:
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
-    # Select qdldl: above about 100,000 joints Clarabel would choose faer, which takes four times as long.
+    # Select qdldl, because above about 100,000 joints Clarabel would choose faer, which takes four times as
+    # long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        # Refinement takes a third of the time, for digits that are not needed at a tolerance of 1e-5 or more.
+        # Iterative refinement takes a third of the time, and its digits are not needed at a tolerance of 1e-5
+        # or more.
         options["iterative_refinement_enable"] = False
     return options
 
 
 def _feasibility(tolerance: float) -> dict[str, Any]:
     names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
-    return dict.fromkeys(names, max(tolerance, 1e-10))  # the smallest value that HiGHS accepts
+    return dict.fromkeys(names, max(tolerance, 1e-10))  # 1e-10 is the smallest value that HiGHS accepts
 
 
 def _highs_simplex(tolerance: float) -> dict[str, Any]:
@@ -99,14 +105,14 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # Select "ipx", because "ipm" selects HiPO if HiPO is installed. Omit crossover, which would end in a
-    # vertex: the fixed-point iteration needs the centre of the set of optimal states.
+    # Select "ipx", because "ipm" means HiPO if HiPO is installed. Switch crossover off, because it ends in a
+    # vertex, and the fixed-point iteration needs the centre of the set of optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
 def _first_order(**iteration_limit: int) -> Options:
-    # First-order solvers need many cheap iterations, more than OSQP allows by default.
+    # First-order solvers need many cheap iterations, more than OSQP permits by default.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 
 
@@ -132,7 +138,7 @@ _ENTRIES = (
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
     SolverEntry("casadi", "pyomo", "ipopt", None, "casadi", interior=True, nonlinear=True),
-    # The Newton method of this package.
+    # Newton's method of this package
     SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )
 
@@ -141,23 +147,24 @@ SOLVERS: dict[tuple[str, str], SolverEntry] = {(entry.language, entry.name): ent
 
 
 def names() -> list[str]:
-    """Return the names of all registered solvers, and of other solvers that CVXPY finds installed."""
+    """Return the names of all registered solvers and of other solvers that are installed for CVXPY."""
     known = [name for _, name in SOLVERS]
     return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of a language's solvers with a capability, installed or not; the default is first.
+    """Return the names of a language's solvers that have a capability, with the default first.
 
-    ``has`` is a function that returns True for the entry of such a solver.
+    ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
+    not installed are included.
     """
     return tuple(entry.name for entry in _ENTRIES if entry.language == language and has(entry))
 
 
 def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLERANCE) -> Solver:
-    """Return the solver with the given name for a language, or the language's default solver.
+    """Return the solver with a given name for a modelling language, or the language's default solver.
 
-    In CVXPY any other installed solver is accepted too; it keeps its own default tolerances.
+    For CVXPY, other installed solvers are accepted too, with their own default tolerances.
 
     Raises
     ------
@@ -173,23 +180,27 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
         entry = SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
-        others = "; or any other that CVXPY finds installed" if language == "cvxpy" else ""
+        others = ", or any solver installed for CVXPY" if language == "cvxpy" else ""
         near = did_you_mean(name, known) or f"; choose from: {', '.join(known)}{others}"
         raise OptionError(f"solver '{name}' is unknown for model '{language}'{near}")
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
-        raise OptionError(f"solver '{name}' needs CasADi, which contains IPOPT: pip install '.[mpec]'")
+        raise OptionError(
+            f"solver '{name}' needs CasADi, which contains IPOPT: install it with pip install '.[mpec]'"
+        )
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return the solver with the larger of its own tolerance and the given tolerance."""
+    """Return the solver with a given tolerance, or with its own tolerance if that is larger."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """Return a suitable solver for a program declared only in CVXPY, at the default tolerance.
+    """Return a suitable solver for a program that is declared only in CVXPY.
+
+    Its tolerance is the default tolerance.
 
     CVXPY's default solver replaces the given solver in three cases: if CVXPY does not support it, if its
     verdicts cannot be trusted, and if it does not solve the cones of the program.
@@ -205,30 +216,31 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    #: Verdict of a presolve that stops before it distinguishes infeasible from unbounded programs.
+    #: Outcome of a presolve that does not distinguish infeasible from unbounded programs.
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
-    NEARLY = "nearly optimal"  #: a point that misses the solver's tolerance, to be judged by a certificate
+    #: Point that does not satisfy the solver's tolerance; a certificate decides if it is accepted.
+    NEARLY = "nearly optimal"
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Verdict of one solve, the solver's own status text, and the solver's time in seconds."""
+    """Outcome of one solve, with the solver's own status text and its time in seconds."""
 
     verdict: Verdict
     status: str
     seconds: float
 
     def readable(self, nearly: bool) -> bool:
-        """Return True if the solve has a solution to read.
+        """Return True if the solver returned a solution to read.
 
-        With ``nearly`` True a nearly optimal point counts as a solution.
+        If ``nearly`` is True, a nearly optimal point counts as a solution.
         """
         return self.verdict is Verdict.OPTIMAL or (nearly and self.verdict is Verdict.NEARLY)
 
     @property
     def failed(self) -> bool:
-        """Return True if the solver reached no verdict."""
+        """Return True if the solver reached no decision."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
 
 
@@ -242,7 +254,7 @@ def iterations_of(info: Any) -> int:
 
 @dataclass(frozen=True)
 class LpSize:
-    """Size of a linear program as the solver received it."""
+    """Size of a linear program as passed to the solver."""
 
     rows: int
     columns: int

@@ -1,5 +1,7 @@
-"""Decide if a scene is stable, and if a load factor exists, by separate programs.
+"""Decide if a scene is stable, and if a load factor exists, by separate optimisation programs.
 
-- ``dead_load`` and ``diagnosis``: is the scene stable under its dead load, and if not, what would hold it?
-- ``existence``: does a load factor exist, and if not, which proof is there?
+- ``dead_load`` and ``diagnosis``: decide if the scene is stable under its dead load. If it is unstable, find
+  the friction or strength that would stabilise it.
+- ``existence``: decide if a load factor exists, and prove it if none exists.
+- ``reserves``: compute how much friction, and how much of its joints, a stable scene can lose.
 """

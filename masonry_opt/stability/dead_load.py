@@ -1,4 +1,4 @@
-"""Check that forces carry the dead load, from the matrices alone."""
+"""Check from the matrices alone that joint forces carry the dead load."""
 
 from dataclasses import replace
 
@@ -7,27 +7,27 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.thresholds import DRIVES
 
-#: Name in a result's ``solvers`` for the check that a scene is stable under its dead load.
+#: Key in a result's ``solvers`` for the program that decides if a scene is stable under its dead load.
 DEAD_LOAD = "dead load"
 
 
 def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
-    """Return True if joint forces q, shape (3c + t,), carry the dead load.
+    """Return True if joint forces q, shape (3c + t,), carry the dead load within a tolerance.
 
-    The sum of the unbalanced forces, and the largest violation of yield, may be up to ``most``. The default
-    is the least power of a mechanism that the dead load drives. By duality, the largest power of a mechanism
-    equals the smallest sum of unbalanced forces.
+    The sum of the unbalanced forces, and the largest violation of a yield condition, may be up to ``most``.
+    The default is the power above which a mechanism counts as driven by the dead load. The same limit applies
+    to both, because by duality the largest power of a mechanism equals the smallest sum of unbalanced forces.
     """
     beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
 
 def with_pressure_removed(problem: Problem) -> Problem:
-    """Return a problem whose live load takes one unit of normal force off every joint.
+    """Return a problem whose live load removes one unit of normal force from every joint.
 
     The live load is B e, where e is 1 for every normal force and 0 for shears. The associative load factor of
-    this problem is the margin of stability: the greatest amount by which all normal forces can exceed the
-    normal forces that shear and moment need. It is negative if the scene is unstable.
+    this problem is the margin of stability: the largest amount by which the normal forces of all joints can
+    exceed the normal forces that their shears and moments require. It is negative if the scene is unstable.
     """
     return replace(problem, live=problem.B @ unit_pressure(problem))
 

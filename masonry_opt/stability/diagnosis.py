@@ -1,7 +1,7 @@
 """Decide if a scene is stable under its dead load, and explain why a program has no optimum.
 
-For an unstable scene the friction or the strength that would hold it is found too. No solver's verdict is
-trusted: forces and mechanisms count only if their residuals are small.
+For an unstable scene, the functions also find the friction or strength that would stabilise it. The verdict
+of a solver is never trusted: forces and mechanisms are accepted only if their residuals are small.
 """
 
 from contextlib import suppress
@@ -29,28 +29,26 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-DIAGNOSIS = "diagnosis"  #: Name in a result's ``solvers`` for programs that explain why a scene is unstable.
+DIAGNOSIS = "diagnosis"  #: Key in a result's ``solvers`` for programs that explain why a scene is unstable.
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more are needed, the
-#: question remains undecided. Small random scenes need at most 5 programs, or 14 if no cone program is
-#: solved.
+#: question remains undecided. Small random scenes need at most 5 programs, or 14 without a cone program.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which the simplex method is tried. For this number a program takes half a
-#: minute.
+#: Largest number of joints for which the simplex method is used. A program of this size takes half a minute.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed.
 FACTOR_UP_TO = 2000
 
-#: Largest number of friction factors that are tried in the search for the smallest stabilising one.
+#: Largest number of friction factors that the search for the smallest stabilising factor tries.
 _MOST_FACTORS = 12
 
 #: Relative difference of the smallest stable and the largest unstable friction factor at which the search
-#: ends.
+#: ends. A smaller value needs more programs.
 _NEAR = 1e-3
 
-#: Largest friction coefficient after multiplication by a factor. With larger coefficients solvers lose
+#: Largest friction coefficient after multiplication by a factor. Larger coefficients would cost solvers
 #: digits.
 _LARGEST_FRICTION = 100.0
 
@@ -60,7 +58,7 @@ _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Error: verification failed both for forces that carry the dead load and for a falling mechanism."""
+    """Error: neither forces that carry the dead load nor a falling mechanism could be verified."""
 
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
@@ -72,14 +70,20 @@ class DeadLoadUndecided(Exception):
 
 @dataclass
 class _Standing:
-    """Compiled program of eq. (9), the static formulation, without live load."""
+    """Compiled program that looks for joint forces in equilibrium with the dead load.
+
+    It is eq. (9), the static formulation, without live load.
+    """
 
     model: CvxpyStanding
     engine: CvxpyEngine
     forces: np.ndarray | None = None  #: last joint forces that carried the dead load, shape (3c,)
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """Return this program with the shear limits of another problem, as ``ProgramCache`` needs it."""
+        """Return this program after setting the shear limits of another problem.
+
+        :class:`~masonry_opt.solvers.driver.ProgramCache` calls this method.
+        """
         self.model.limits.set(ShearLimits.true(problem))
         self.engine.restart(effort)
         return self
@@ -88,7 +92,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return block velocities (3b,) of a fall under dead load alone; None if the scene is stable.
+    """Return block velocities (3b,) of a fall under the dead load alone; None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -98,11 +102,14 @@ def falling_mechanism(
 def mechanism_or_forces(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a mechanism (3b,) that the dead load drives, or joint forces (3c + t,) that carry the dead load.
+    """Return a mechanism that the dead load drives, or else joint forces that carry the dead load.
 
-    The scene is stable if eq. (9) without live load has a state. Otherwise the mechanism is the bounded dual
-    ray. Every analysis checks this first, since a largest λ may exist although λ = 0 is no equilibrium. A
-    scene at its limit counts as stable, and a scene beyond it by at most ``DRIVES`` too.
+    The mechanism has shape (3b,), the forces have shape (3c + t,).
+
+    The scene is stable if eq. (9) without live load is feasible. Otherwise the mechanism is a bounded dual
+    ray of the program. Every analysis checks this first, because a largest λ may exist although the scene is
+    not in equilibrium at λ = 0. A scene counts as stable at its limit, and beyond its limit by up to
+    ``DRIVES``.
 
     Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
@@ -110,12 +117,13 @@ def mechanism_or_forces(
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        """Declare the program in a modelling language, and return it."""
+        """Declare the program in CVXPY, and return it with its engine."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
 
-    # The check does not depend on live loads, so problems with equal dead loads share one compiled program.
+    # The check does not depend on the live load, so problems with equal dead loads can share one compiled
+    # program.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
@@ -129,9 +137,10 @@ def mechanism_or_forces(
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
-    """Return True if the dead load drives d, shape (3b,), and d is a mechanism with associative flow.
+    """Return True if velocities d (3b,) are an associative mechanism that the dead load drives.
 
-    Power and departure from the flow rule are compared with limits above rounding.
+    The power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
+    power.
     """
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
@@ -142,16 +151,16 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Return the block velocities with which an unstable scene begins to fall, shape (3b,).
+    """Return the velocities with which the blocks of an unstable scene begin to fall, shape (3b,).
 
-    If the solver fails, the velocities ``falling`` are returned. They have the largest power, but may lift
-    blocks off corners about which the blocks turn.
+    ``falling`` is the mechanism of largest power, which may lift blocks off corners about which they rotate
+    in reality. It is returned if the solver fails.
     """
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # Radii of gyration of the blocks' bounding boxes. About each axis, the two extents perpendicular to the
-    # axis count; in the plane the axis is z.
+    # Radii of gyration of the blocks' bounding boxes. The radius about an axis depends on the two extents
+    # perpendicular to this axis; in the plane the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -163,10 +172,11 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Return the status and the reason of a stable scene for which eq. (9) or (10) has no optimum.
+    """Return the status and the reason of a stable scene for which eq. (9) or eq. (10) has no optimum.
 
-    - LOCKED: the live load drives a mechanism of the joints' own flow rule, but none of associative flow.
-    - UNLIMITED: the live load drives neither.
+    - LOCKED: the live load drives a mechanism of the joints' own flow rule, but no mechanism of associative
+      flow.
+    - UNLIMITED: the live load drives no mechanism of either flow rule.
     - SOLVER_FAILED: the live load drives a mechanism of associative flow, or no program decides.
 
     ``effort`` records the solver, but counts no programs.
@@ -187,16 +197,18 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Return the indices of joints that prevent collapse under the live load, most important first.
+    """Return the indices of joints that prevent collapse under the live load.
 
-    - LOCKED: joints that slide in a mechanism of the joints' own flow rule, ordered by how far they cannot
-      open as associative flow demands.
-    - UNLIMITED: joints that carry the live load alone, with shear limited by dilatancy or else by friction,
-      the largest normal force first.
-    - JAMMED: joints that carry the live load alone, with shear limited by friction; without such forces, the
-      joints that carry most in ``q``.
+    The order depends on the status, with the most important joint first:
 
-    No index is returned if the solver fails, or for other statuses.
+    - LOCKED: joints that slide in a mechanism of the joints' own flow rule, ordered by the opening that
+      associative flow demands and the mechanism does not have.
+    - UNLIMITED: joints with normal forces that carry the live load alone, ordered by these forces. Shear is
+      limited by dilatancy or, if no such forces exist, by friction.
+    - JAMMED: joints with normal forces that carry the live load alone, with shear limited by friction. If no
+      such forces exist, the normal forces of ``q`` are used.
+
+    The result is empty if the solver fails, and for other statuses.
     """
     none = np.array([], dtype=int)
     if status is Status.LOCKED:
@@ -228,7 +240,7 @@ def _carrying_live_load(
 ) -> np.ndarray | None:
     """Return joint forces, shape (3c,), that carry the live load alone; None if no such forces exist.
 
-    The slope of the shear limits has shape (k,).
+    ``slope`` is the slope of the shear limits, shape (k,).
     """
     loaded = _of_live_load(problem.by_cone, slope)
     carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
@@ -238,9 +250,10 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """Return a problem without live load, whose dead load is the live load scaled to Σ|f| = 1.
+    """Return a problem whose only load is the live load, declared as dead load and scaled to Σ|f| = 1.
 
-    Shear is limited by a slope, shape (k,), without cohesion. Strength and finite force limits are zero.
+    ``slope`` is the slope of the shear limits, shape (k,). Cohesion, strength and finite force limits are
+    zero.
     """
     alone = problem.recession_cone
     return replace(alone, dead=problem.live / problem.live_norm, law=replace(alone.law, friction=slope))
@@ -257,16 +270,18 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 def _decide(
     problem: Problem, solver: Solver, effort: Effort, purpose: str
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a motion (3b,) that the dead load drives, or joint forces (3c + t,) that carry the dead load.
+    """Return a motion that the dead load drives, or else joint forces that carry the dead load.
 
-    The first program is solved by ``solver``, further ones by the simplex method. In space these replace the
-    circles of friction by polygons, in turn:
+    The motion has shape (3b,), the forces have shape (3c + t,).
+
+    The first program is solved by ``solver``, further programs by the simplex method. In space, the further
+    programs replace the friction circles alternately by two kinds of polygons:
 
     - polygons inside the circles, whose forces are within the cones;
     - polygons around the circles, whose mechanisms follow the cones.
 
-    Each polygon gets corners or sides in the directions of the last slips and shears, so that the two kinds
-    approach each other. Raises DeadLoadUndecided if neither forces nor a motion are verified.
+    Each polygon gets additional corners or sides in the directions of the last slips and shears, so the two
+    kinds approach each other. Raises DeadLoadUndecided if neither forces nor a motion are verified.
     """
     problem, senses = problem.by_cone, None
     solver = in_cvxpy(solver, problem.by_friction.conic)
@@ -290,7 +305,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return the slip directions of the polygons that replace friction circles in the next program.
+    """Return the slip directions of the polygons that replace the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in
@@ -312,7 +327,7 @@ def _finer(
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Return reasons that state whether larger friction or strength would stabilise an unstable scene.
+    """Return reasons that state if more friction or strength would stabilise an unstable scene.
 
     - HANGS, if a falling block is not supported from below.
     - STRENGTH_WOULD_HOLD, if the scene is unstable with any friction, but stable with unlimited strength.
@@ -320,7 +335,8 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     - FRICTION_WOULD_HOLD, if the scene is stable with larger friction.
 
     The last three are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
-    load has a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
+    load is feasible, even if only wedging carries the dead load. ``falling`` are block velocities, shape
+    (3b,).
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
@@ -350,10 +366,10 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """Return the smallest factor on all friction coefficients that is stable, and the largest unstable one.
+    """Return the smallest stable and the largest unstable factor on all friction coefficients.
 
-    The first is None if no stable factor is found. Factors are squared until the scene is stable, and then
-    bisected on a logarithmic scale.
+    The first factor is None if the scene is stable with no factor that was tried. The search squares the
+    factor until the scene is stable, and then bisects on a logarithmic scale.
     """
     stands, falls = None, 1.0
     largest = float(problem.friction.max(initial=0.0))
@@ -380,10 +396,10 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the given movable blocks that no joint or chain of blocks supports from below.
+    """Return the given movable blocks that no chain of joints supports from below.
 
-    No chain of supporting joints connects these blocks with a support. A joint supports a block if its
-    normal pushes against the block's dead load.
+    A chain connects a block with a support through joints, each of which supports the next block. A joint
+    supports a block if its normal force acts against the block's dead load.
     """
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count, forces = len(scene.blocks), assembly.problem.forces(assembly.problem.dead)
@@ -393,8 +409,9 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # The edges of the graph lead from each supporting block to the block on it, and from an extra node
-    # (number ``count``) to all supports. Blocks on supports that permit rotation count as supports.
+    # Each edge of the graph leads from a supporting block to the block above it. Further edges lead from an
+    # extra node (number ``count``) to all supports. Supports that can rotate are modelled as movable blocks
+    # with restraining forces, so they are added.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)

@@ -1,11 +1,11 @@
-"""Prove that no load factor exists, and name the reasons why an analysis ended without one.
+"""Prove that no load factor exists, and give the reasons why an analysis ended without a load factor.
 
-Branch and cut on the moving faces shows that no mechanism goes with a state of equilibrium. In a Coulomb
-state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices of moving
-faces. Their Farkas multipliers name the few faces that cause the contradiction, which are combinatorial
-Benders cuts (Codato & Fischetti 2006):
+The proof that no mechanism is compatible with a state of equilibrium is a branch and cut on the moving faces
+(yield conditions). In a Coulomb state with λ ≥ 0, each face either moves and is at yield, or does not move.
+Linear programs refute choices of moving faces. Their Farkas multipliers identify the few faces that cause the
+contradiction. These faces form combinatorial Benders cuts (Codato & Fischetti 2006) of two kinds:
 
-- faces that cannot come to yield together;
+- faces that cannot all be at yield in one state;
 - faces of which at least one must move.
 
 If the cuts exclude every choice, no Coulomb state exists. Each cut is certified from the matrices.
@@ -36,58 +36,62 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints for which rays (forces that carry the live load alone) are computed.
+#: Largest number of joints for which the program looks for forces that carry the live load alone (rays).
 _RAYS_UP_TO = 2000
 
 #: Largest number of joints for which branch and cut is tried.
 _CUTS_UP_TO = 100
 
-#: Product of the numbers of programs and joints at which branch and cut is given up. Random scenes in which
-#: joints jam need 5 to 400 programs, and some up to 3300.
+#: Largest product of the number of programs and the number of joints. Beyond this product, branch and cut
+#: stops without a proof. Random scenes in which joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
 #: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
-#: Rate above which a face counts as moving if the live load does the work Σ|f_L|. The value affects no proof,
-#: because the residual of each cut is at most ``PROOF``.
+#: Rate above which a face counts as moving, if the live load does the work Σ|f_L|. The value affects no
+#: proof, because the residual of each cut is checked against ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: Share of the largest Farkas multiplier above which a face belongs to a cut.
+#: Share of the largest Farkas multiplier above which a face belongs to a cut. With a larger value, cuts
+#: contain fewer faces but may fail their check.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts that are counted to choose the next face for branching.
+#: Number of latest cuts that determine the next face for branching: the face that most of them contain.
 _OF_LATE = 200
 
-#: State of a face in a choice of moving faces: it is undecided if the face moves.
+#: Value of a face in a choice of moving faces: the motion of the face is not decided yet.
 _OPEN = -1
 
-#: State of a face in a choice of moving faces: the face does not move.
+#: Value of a face in a choice of moving faces: the face does not move.
 _RESTING = 0
 
-#: State of a face in a choice of moving faces: the face moves and is at yield.
+#: Value of a face in a choice of moving faces: the face moves and is at yield.
 _MOVING = 1
 
 
 class _Undecided(Exception):
-    """Signal that no proof is found.
+    """Signal that branch and cut found no proof.
 
-    A choice is not refuted, the residual of a cut is too large, or too many programs were solved.
+    Either a choice of moving faces cannot be refuted, the residual of a cut is too large, or too many
+    programs were solved.
     """
 
 
 class Cuts:
-    """Branch and cut that excludes all Coulomb states with λ ≥ 0 of a stable scene, in units of its load.
+    """Branch-and-cut search that tries to exclude all Coulomb states with λ ≥ 0 of a stable scene.
 
-    A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
-    The search for cuts solves at most ``most_programs`` linear programs.
+    The problem is in units of its load.
+
+    A *choice* has one value for each face, shape (faces,): the face moves and is at yield, does not move, or
+    is open. The search for cuts solves at most ``most_programs`` linear programs.
 
     Attributes
     ----------
     exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
     residual: largest residual of the conditions of a cut.
     static: number of sets of faces that cannot all be at yield in one state.
-    kinematic: number of sets of faces of which one moves in every mechanism that lets the live load do work.
+    kinematic: number of sets of faces of which one moves in every mechanism in which the live load does work.
     """
 
     def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
@@ -99,8 +103,9 @@ class Cuts:
             HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # One matrix for each implied value: rows are cuts, and columns are faces. In every state, at least
-        # one face of a cut has the implied value. There are at most as many cuts as programs.
+        # Each implied value (at rest or moving) has one matrix, with a row for each cut and a column for each
+        # face. In every state, at least one face of a cut has the implied value. The number of cuts is at
+        # most the number of programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -113,15 +118,15 @@ class Cuts:
         """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
         branch = self._branch(choice)
         while branch is not None:
-            # Try the branch with the face at yield first, because few states of equilibrium have this face at
-            # yield.
+            # Try the branch with the face at yield first, because this condition excludes most states of
+            # equilibrium.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _RESTING
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face on which to branch next; None if no Coulomb state has the chosen moving faces.
+        """Return the next face on which to branch; None if no Coulomb state has the chosen moving faces.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -136,16 +141,17 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                raise _Undecided  # the proof fails: the moving faces can be at yield in one state
+                # The proof fails, because the moving faces of this choice can all be at yield in one state.
+                raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # The search ends soonest if it branches on the face that most of the latest cuts contain.
+                # Branch on the face that most of the latest cuts contain. This choice keeps the search short.
                 blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Add the values that the cuts imply to a choice; return False if the choice contradicts a cut."""
+        """Add all values that the cuts imply to a choice of moving faces; return False on a contradiction."""
         changed = True
         while changed:
             changed = False
@@ -161,9 +167,9 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates, shape (faces,), of a mechanism with few moving faces; None without a mechanism.
+        """Return the rates (faces,) of a mechanism with few moving faces; None without a mechanism.
 
-        Faces that move by the choice are preferred, and faces that do not move by the choice are at rest.
+        Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
         """
         p = self._motion.mechanism.p
         self._mechanisms.set_most(p, np.where(choice == _RESTING, 0.0, np.inf))
@@ -171,7 +177,7 @@ class Cuts:
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
     def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
-        """Add a cut of faces that cannot all be at yield in one state, and return the faces of the cut.
+        """Add a cut of faces that cannot all be at yield in one state, and return its faces.
 
         The faces of the cut are among ``held``. None is returned if all faces of ``held`` can be at yield in
         one state, or if the solver finds no optimum.
@@ -186,7 +192,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Add a cut of faces, all among ``still``, of which at least one moves in every mechanism."""
+        """Add a cut of faces from ``still``: in every mechanism, at least one of its faces moves."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
@@ -196,7 +202,7 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: in every state at least one of the faces ``blamed`` has the value ``implied``.
+        """Store a cut, which states that at least one of the faces ``blamed`` has the value ``implied``.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -207,17 +213,18 @@ class Cuts:
         self._count[implied] += 1
 
     def _solved(self, session: HighsSession) -> bool:
-        """Return True if the program has an optimum. Raises _Undecided after too many programs."""
+        """Solve a program, and return True if it has an optimum."""
         if self.effort.lp_solves >= self._most_programs:
             raise _Undecided
         return session.solve() is Verdict.OPTIMAL
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return a certificate on the existence of a load factor of a stable scene; None if not tried.
+    """Return a certificate about the existence of a load factor of a stable scene.
 
-    None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
-    An associative load factor depends on statics alone.
+    The result is None if the scene has too many joints. If ``of_mechanism`` is True, branch and cut also
+    tries to exclude all mechanisms. An associative load factor does not need it, because it depends on
+    statics alone.
     """
     if problem.joints > _RAYS_UP_TO:
         return None
@@ -229,8 +236,8 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    """Return the certificate on the existence of a load factor, for a problem in units of its load."""
-    # If dilatancy falls with stress, mechanisms of every smaller dilatancy are possible.
+    """Return the certificate about the existence of a load factor, for a problem in units of its load."""
+    # If the dilatancy falls with stress, mechanisms with every smaller dilatancy are possible.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
@@ -239,7 +246,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method only
-        # failed to find a load factor, and nothing can be proven.
+        # failed to find a load factor, so nothing is proven.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -248,7 +255,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # In space the faces of cuts are sides of polygons inside the friction cones, so cuts prove nothing about
+    # In space the faces are sides of polygons inside the friction cones, so cuts would prove nothing about
     # the cones.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
@@ -265,8 +272,8 @@ def _ray(
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
     """Return joint forces, shape (3c,), that carry the live load alone, and their residuals.
 
-    Shear is limited by a slope, shape (k,), without cohesion. None is returned if no forces are found, or if
-    their residuals are too large for a proof.
+    ``slope`` is the slope of the shear limits, shape (k,); cohesion is ignored. The result is None if no
+    forces are found, or if their residuals are too large for a proof.
     """
     model = CvxpyNoMotion(problem, slope)
     session = HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
@@ -281,17 +288,18 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """Return a solution without a load factor, extended by the reasons why no load factor was found.
+    """Return a solution without a load factor, extended by the reasons why it has none.
 
-    The reasons name the proof that no load factor exists, if there is one, and the joints that keep the live
-    load from causing collapse. ``associative`` is True if the method's answer is that of associative flow.
+    The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
+    the live load from causing collapse. ``associative`` is True if the method's answer is that of associative
+    flow.
     """
     certificate = solution.infeasibility
     if certificate is None:
         if solution.associative is None or associative:
             certificate = existence(assembly.problem, effort, of_mechanism=not associative)
         else:
-            # An associative load factor exists, so forces do not carry every multiple of the live load.
+            # An associative load factor exists, so no forces carry every multiple of the live load.
             certificate = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=certificate)
     if certificate and not associative:
@@ -307,7 +315,7 @@ def explained(
 
 
 def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
-    """Return a solution whose load factor is removed, with the reason for the removal.
+    """Return a solution without its load factor, with the reason for the withdrawal.
 
     If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
     Otherwise only wedging keeps the scene stable.
@@ -318,7 +326,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # The load history first reached load factors that the scene carries, so its reasons remain valid.
+        # The load history first reached load factors that the scene carries, so its reasons are still valid.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
@@ -326,7 +334,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 
 
 def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
-    """Return a solution with the status and the reasons that follow from a certificate."""
+    """Return a solution with the status and the reason that follow from a certificate."""
     if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if certificate.existence is Existence.NO_STATE:

@@ -1,7 +1,7 @@
-"""Reserves of a stable scene: how much friction, and how much of its joints, the scene can lose.
+"""Compute the reserves of a stable scene: how much friction, and how much of its joints, it can lose.
 
-Both numbers are found by bisection. In each step forces or a mechanism are verified from the matrices alone,
-see :mod:`~masonry_opt.stability.diagnosis`.
+Both reserves are computed by bisection. In each step forces or a mechanism are verified from the matrices
+alone, see :mod:`~masonry_opt.stability.diagnosis`.
 """
 
 from collections.abc import Callable
@@ -17,20 +17,20 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: Difference, relative to the larger value, of the stable and the unstable value at which a bisection ends. A
-#: smaller value needs more programs.
+#: Difference between the smallest stable and the largest unstable value at which a bisection ends, relative
+#: to the former. A smaller tolerance needs more programs.
 _BISECTION_TOLERANCE = 2e-4
 
-#: Value below which a bisection ends, although the values differ by more than the relative tolerance.
+#: Stable value below which a bisection ends, regardless of the relative tolerance.
 _NEGLIGIBLE_VALUE = 1e-4
 
 #: Largest number of joints for which the geometric margin is computed. Each step of its bisection declares a
-#: new program, which takes about a second for this number.
+#: new program, which takes about a second for a scene of this size.
 _MARGIN_UP_TO = 600
 
 
 def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> float | None:
-    """Return the smallest factor on all friction coefficients with which a stable scene remains stable.
+    """Return the smallest factor on all friction coefficients with which a scene remains stable.
 
     A scene counts as stable if forces carry its dead load. None is returned if no joint can slide, if the
     scene is large, or if the solver cannot decide.
@@ -48,10 +48,12 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
 
 
 def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
-    """Return the largest share by which all joints can shrink about their middles in a stable scene.
+    """Return the largest share by which all joints can shrink while the scene remains stable.
 
-    None is returned for joints of limited strength, whose limits depend on their length, if no joint has a
-    length (in space, an area), if the scene is large, or if the solver cannot decide.
+    Each joint shrinks towards its middle.
+
+    The result is None in these cases: some joint has a limited strength, so that its limits depend on its
+    length; no joint has a length (in space, an area); the scene is large; or the solver cannot decide.
     """
     problem = assembly.problem
     has_extent = bool((assembly.joints.extent > 0).any())
@@ -59,7 +61,7 @@ def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> floa
         return None
 
     def is_stable(share_left: float) -> bool:
-        """Return True if forces carry the dead load with joints of a given share of their size."""
+        """Return True if forces carry the dead load after all joints shrink to a share of their size."""
         return falling_mechanism(_with_shrunk_joints(assembly, share_left), solver, effort) is None
 
     share = _least_stable(is_stable)
@@ -67,10 +69,11 @@ def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> floa
 
 
 def _least_stable(is_stable: Callable[[float], bool]) -> float | None:
-    """Return the smallest value between 0 and 1 with which a scene is stable; the scene is stable at 1.
+    """Return the smallest value between 0 and 1 with which a scene is stable, by bisection.
 
-    A scene that is stable with a value is stable with every larger one. None is returned if the solver cannot
-    decide.
+    The scene is stable at 1, and every value above a stable one is stable.
+
+    The result is None if the solver cannot decide.
     """
     fails, holds = 0.0, 1.0
     try:
@@ -90,8 +93,9 @@ def _least_stable(is_stable: Callable[[float], bool]) -> float | None:
 def _with_shrunk_joints(assembly: Assembly, share: float) -> Problem:
     """Return a problem whose contact points are moved towards the middles of their joints.
 
-    ``share`` is the remaining distance of a point from the middle over its original distance. The force
-    components of a moved point are combinations of those of all points of the joint.
+    ``share`` is the remaining distance of a point from the middle, divided by its original distance. The
+    force on a moved point is replaced by an equivalent combination of forces on the original points of the
+    joint.
     """
     problem = assembly.problem
     points = problem.layout.points

@@ -418,9 +418,9 @@ def test_a_file_of_the_user_is_not_replaced_by_a_proof(proven, tmp_path):
     ("damage", "message"),
     [
         (lambda table: table.pop("bound"), "key 'bound' is missing"),
-        (lambda table: table.update(bound="x"), "damaged"),
-        (lambda table: table["static"][0].pop("p"), "damaged"),
-        (lambda table: table.update(senses=[[1]]), "damaged"),
+        (lambda table: table.update(bound="x"), "a value is wrong"),
+        (lambda table: table["static"][0].pop("p"), "a value is wrong"),
+        (lambda table: table.update(senses=[[1]]), "a value is wrong"),
     ],
     ids=["no bound", "text as bound", "no multipliers", "half a pair"],
 )
@@ -429,7 +429,9 @@ def test_a_damaged_file_is_an_error_that_names_it(proven, tmp_path, damage, mess
     damage(table)
     path = tmp_path / "damaged.json"
     path.write_text(json.dumps(table))
-    with pytest.raises(mo.CaseError, match=rf"damaged\.json: {message}.*write the proof again"):
+    with pytest.raises(
+        mo.CaseError, match=rf"damaged\.json: not a complete proof \({message}.*write the proof again"
+    ):
         Proof.load(path)
 
 

@@ -157,7 +157,7 @@ def test_a_curve_is_of_a_result(given):
 def test_wrong_spectra_and_values_are_refused():
     curve = rocking()
     for spectrum in ("none", [(0, 1)], [(0, 1), (0, 2)], [(0.1, 1), (4, 2)], [(0, 1), (4, -2)]):
-        with pytest.raises(OptionError, match="a spectrum is a list of pairs"):
+        with pytest.raises(OptionError, match="the spectrum must be a list of pairs"):
             curve.check(spectrum)
     for spectrum, shares in (([(0, 1), (0.01, 1)], {}), (SPECTRUM, {"ultimate": 1.0, "secant": 1.0})):
         with pytest.raises(OptionError, match="the spectrum ends at"):

@@ -317,7 +317,7 @@ def test_a_tie_between_support_and_beam():
     [
         ("Q", DOWN, "no block 'Q'"),
         ("Rr", DOWN, "did you mean 'R'"),
-        ("beam", DOWN, "can move already"),
+        ("beam", DOWN, "is not a support"),
         ("R", (0, 0), "not all of them zero"),
         ("R", (0, 0, -1), "two numbers"),
         ("R", (0, float("nan")), "two numbers"),

@@ -94,7 +94,7 @@ def test_a_pier_that_slides_leaves_a_shorter_joint():
     lengths = assemble(settled_scene(beam(), {"R": (0.02, 0)})).joints.extent
     assert sorted(lengths) == pytest.approx([0.98, 1.0])
     with pytest.raises(
-        OptionError, match=r"slides off block .*: give a smaller movement, such as 0\.5 times this movement"
+        OptionError, match=r"slides off block .*: use a smaller movement, such as 0\.5 times this movement"
     ):
         settled_scene(beam(), {"R": (1.5, 0)})
 
@@ -146,16 +146,19 @@ def test_a_tie_runs_between_its_displaced_ends():
     ("settled", "words"),
     [
         ({"pier": (0, -1)}, "no block 'pier'; supports: L, R"),
-        ({"beam": (0, -1)}, "support 'beam' can move already: name a block with 'fixed = true': L, R"),
-        ({"R": (0, 0)}, r"support 'R' needs \(x, y\) or \(x, y, rotation\), not all of them zero"),
-        ({"R": (1,)}, "support 'R' needs"),
-        ({"R": (0, math.inf)}, "support 'R' needs"),
-        ({"R": "down"}, "support 'R' needs"),
+        ({"beam": (0, -1)}, "block 'beam' is not a support: choose a block with 'fixed = true': L, R"),
+        (
+            {"R": (0, 0)},
+            r"support 'R': .* finite numbers \(x, y\) or \(x, y, rotation\), not all of them zero",
+        ),
+        ({"R": (1,)}, "support 'R': the movement needs"),
+        ({"R": (0, math.inf)}, "support 'R': the movement needs"),
+        ({"R": "down"}, "support 'R': the movement needs"),
         ({}, "needs the movement of each support by name, such as"),
         ("R", "needs the movement of each support by name, such as"),
         (5, "needs the movement of each support by name, such as"),
         ([("R", (0, -1)), ("R", (0, 1))], "must name each support once"),
-        ({"R": (0, -3.9)}, r"give a smaller movement, such as 0\.125 times this movement"),
+        ({"R": (0, -3.9)}, r"use a smaller movement, such as 0\.125 times this movement"),
     ],
 )
 def test_wrong_movements_are_refused(settled, words):
@@ -175,10 +178,10 @@ def test_scenes_that_cannot_settle_are_refused():
     with pytest.raises(OptionError, match="support 'far' touches no block that can move"):
         mo.solve(idle, settled={"far": (0, -1)})
     after = settled_scene(beam(), SINKS)
-    with pytest.raises(OptionError, match="supports have settled already: give all movements at once"):
+    with pytest.raises(OptionError, match="the supports have settled already: specify all movements at once"):
         mo.solve(after, settled=SINKS)
     further = after.replace(blocks=[*after.blocks, block("on top", 1, 2, 2, 3, weight=1)])
-    with pytest.raises(CaseError, match="keep their shapes: change the blocks first"):
+    with pytest.raises(CaseError, match="cannot change: change the blocks of the original scene"):
         mo.solve(further)
 
 
