@@ -20,8 +20,7 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Purpose that a result's ``solvers`` states for the program of the associative load factor, if this load
-#: factor is added to a Coulomb answer.
+#: Purpose of the program of the associative load factor, as listed in the ``solvers`` of a Coulomb result.
 _ASSOCIATIVE_PURPOSE = "associative"
 
 

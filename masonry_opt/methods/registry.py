@@ -190,7 +190,7 @@ class HowToSolve:
         others = [name for other in METHODS.values() if other.options for name in other.options.model_fields]
         close = difflib.get_close_matches(option, others, n=1)
         if close:
-            return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
+            return f"; did you mean '{close[0]}'? It is an option of {', '.join(_homes(close[0]))}"
         return f"; its options: {', '.join(known) or 'none'}"
 
     @cached_property
@@ -211,7 +211,7 @@ class HowToSolve:
         if model in MODELS and model not in method.solvers:
             raise OptionError(
                 f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
-                f"methods that support it: {_names(lambda other: model in other.solvers)}"
+                f"methods that support this model: {_names(lambda other: model in other.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
@@ -224,7 +224,7 @@ class HowToSolve:
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
                 f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
-                f"supports it: {_names(lambda other: not other.own_tolerances)}"
+                f"supports a tolerance: {_names(lambda other: not other.own_tolerances)}"
             )
         return find_solver(model, name, SOLVER_TOLERANCE if self.tolerance is None else self.tolerance)
 
@@ -254,7 +254,7 @@ def _takers(name: str | None) -> str:
     known = [entry for (_, solver), entry in SOLVERS.items() if solver == name]
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
-        return f"; methods that support it with model '{known[0].language}': {takers}"
+        return f"; methods that support this solver with model '{known[0].language}': {takers}"
     others = _names(lambda method: not method.own_tolerances)
     return f"; methods that support other solvers: {others}"
 

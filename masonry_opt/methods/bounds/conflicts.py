@@ -22,7 +22,7 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-_CONFLICTS_PURPOSE = "conflicts"  #: Purpose that a result states for these programs.
+_CONFLICTS_PURPOSE = "conflicts"  #: Purpose of these programs in the ``solvers`` of a result.
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
 #: verified afterwards, so that a large value is admissible. A smaller value leaves more programs undecided.
@@ -43,7 +43,7 @@ def total_load(problem: Problem, highest: float) -> float:
 
 
 def friction_excess(problem: Problem) -> np.ndarray:
-    """Return μ − tan ψ of each sliding condition, shape (2k,)."""
+    """Return μ − tan ψ, friction minus dilatancy, for each yield condition of sliding, shape (2k,)."""
     return np.tile(problem.friction - problem.dilatancy, len(problem.layout.senses))
 
 
@@ -66,14 +66,14 @@ class Refutation:
     """
 
     ray: np.ndarray  #: multipliers, shape (rows,)
-    #: True for conditions that the program forced to be at yield (or at rest), shape (faces,).
+    #: True for yield conditions that the program fixed at yield or at rest, shape (faces,).
     restricted: np.ndarray
     #: True for restricted conditions whose multipliers exceed rounding errors, shape (faces,).
     blamed: np.ndarray
 
 
 class Theory(ABC):
-    """Base class of the linear programs of statics and kinematics, whose conditions can be restricted."""
+    """Base class of the linear programs of statics and kinematics, in which conditions can be fixed."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -95,11 +95,11 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Force given conditions (faces,) to yield (statics) or to rest (kinematics); release all others."""
+        """Fix given conditions (faces,) at yield (statics) or at rest (kinematics); release all others."""
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return True for each condition whose restriction a proof by row multipliers needs, shape (faces,).
+        """Return True for each yield condition that a proof by row multipliers needs, shape (faces,).
 
         Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
@@ -108,14 +108,14 @@ class Theory(ABC):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the conflict that row multipliers prove; None if the check with the matrices fails."""
+        """Return the contradicting conditions (conflict) that multipliers prove; None if the check fails."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
-        """Return the conflict that a refutation proves; None if the check with the matrices fails.
+        """Return the contradicting conditions (conflict) that a refutation proves, or None.
 
         If the blamed conditions do not suffice, the conflict names all restricted conditions with a
-        multiplier. The problem and the largest load factor are in the units of the scene, which differ from
-        those of the program.
+        multiplier. None is returned if the check with the matrices fails. The problem and the largest load
+        factor are in the units of the scene, which differ from those of the program.
         """
         shortest = self._confirmed(found.ray, found.blamed, problem, highest)
         if shortest is not None:
@@ -123,7 +123,7 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Restrict the given conditions (faces,); return a proof of infeasibility, or None if feasible.
+        """Fix the given conditions (faces,); return a proof that this is infeasible, or None if feasible.
 
         Raise Undecided if HiGHS does not decide.
         """
@@ -219,7 +219,7 @@ class Statics(Theory):
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return d (3b,), p (faces,) and the lower bound of cost·q that they prove, or None.
+        """Return velocities d, rates p and the lower bound of cost·q that they prove, or None.
 
         If the multipliers prove no bound as they are, multipliers of the size of rounding errors are set to
         zero, and the others are corrected. None is returned if the residuals are still too large.
@@ -242,7 +242,7 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return d (3b,), p (faces,) and the lower bound of cost·q that they prove, or None.
+        """Check velocities d and rates p; return both and the bound of cost·q that they prove, or None.
 
         Negative entries of p are set to zero, except for conditions that are held at yield. None is returned
         if the residuals are too large compared with the bound.
@@ -260,7 +260,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return d (3b,) and p (faces,) after the smallest change that removes a residual (3c + t,)."""
+    """Return velocities d and rates p after the least change that removes a residual, shape (3c + t,)."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]

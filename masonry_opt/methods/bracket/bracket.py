@@ -96,10 +96,10 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds, with a search of ``search`` seconds if not None.
+    """Return the lowest state that the default method finds within the time limit of the bracket.
 
-    At the time limit of the bracket the default method returns its lowest state so far, or a solution
-    without an answer if no state is known.
+    ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
+    far is returned, or a solution without an answer if no state is known.
     """
     left = max(began + task.options.time_limit - time.perf_counter(), 0.0)
     try:
@@ -114,7 +114,7 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """Raise the lower bound of a solution by programs of products until the time is over.
+    """Raise the lower bound of a solution by relaxations with more and more products until time is over.
 
     On scenes with few joints, lower exact states are also looked for near the forces of the programs.
     """

@@ -86,7 +86,7 @@ _OVER_KNOWN = 10.0
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Largest forces and rates of all states with λ from ``lowest`` to the largest λ of the programs."""
+    """Upper bounds of the forces and rates of all collapse states with λ in an interval."""
 
     lowest: float  #: lower limit of the load factors of the states
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
@@ -129,14 +129,14 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds on all states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds its value in ``of``.
+    """Return bounds for all states with ``lowest`` ≤ λ ≤ ``highest`` that do not exceed those in ``of``.
 
     The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # Bounds that are derived for more states are better than assumed bounds.
+        # Keep the earlier bounds: bounds derived for more states are better than assumed bounds.
         return replace(of, lowest=lowest)
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
@@ -158,7 +158,7 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # Every force is at most ``share`` times 1 + the sum of the targets.
+    # Every force is at most ``share`` times (1 + the sum of the targets).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -226,13 +226,13 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:
-    """Return M with d = M p for all velocities d and rates p that kinematics allow, shape (3b, faces)."""
+    """Return the matrix M with d = M p for all admissible velocities and rates, shape (3b, faces)."""
     return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
 
 
 @dataclass(frozen=True)
 class BoundStep:
-    """Record of one program in which products of forces and rates are variables."""
+    """Record of one linear relaxation, in which products of forces and rates are variables."""
 
     #: Lower bound of λ that the multipliers prove, for states whose rates are below the assumed limit.
     bound: float
@@ -261,7 +261,7 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Return a lower bound of λ, joint forces from which a search can start, and the size of the program.
+    """Solve a relaxation; return a lower bound of λ, forces from which a search can start, and its size.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
     follows from the multipliers that the solver reaches within ``seconds``. The forces have shape (3c,).
@@ -301,7 +301,7 @@ def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Return joint forces at the values of the products, each of shape (3c,).
+    """Extract joint forces, each of shape (3c,), from the values of the products.
 
     The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
     that is not zero, a further array has the products of the forces with it, divided by it. The further
@@ -372,7 +372,7 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve programs of more and more products; yield the record, size and joint forces of each.
+        """Solve programs with more and more products; yield record, size and joint forces of each program.
 
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.

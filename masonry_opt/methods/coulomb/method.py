@@ -85,7 +85,7 @@ class CoulombOptions(Options):
     @classmethod
     def _is_a_result(cls, start: Any) -> Any:
         if isinstance(start, str):
-            raise ValueError(f"must be a result, for example of mo.solve(scene, method='{start}')")
+            raise ValueError(f"must be a result, such as the value of mo.solve(scene, method='{start}')")
         return start
 
 

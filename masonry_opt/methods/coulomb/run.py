@@ -188,7 +188,8 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # A state that is exact with a friction polygon may not be exact with the friction cone.
+        # Certify the start again, because a state that is exact with a friction polygon may not be exact with
+        # the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)

@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the forces to start from are known; for associative forces, if no state is known."""
+        """Return True if incremental forces are known, or, for an associative start, if no state is known."""
         if run.incremental is None:
             return False
         if self.start == "incremental":

@@ -22,7 +22,7 @@ from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-_EXACT_STATE_PURPOSE = "exact state"  #: Purpose that a result's ``solvers`` states for these programs.
+_EXACT_STATE_PURPOSE = "exact state"  #: Purpose of these programs in the ``solvers`` of a result.
 
 
 class _PlaneForces:
@@ -153,7 +153,7 @@ class Alternation:
         )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return this alternation, or a new one if the problem or the effort differs."""
+        """Return this state finder, or a new state finder if the problem or the effort differs."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort, self._settings)
 
@@ -182,7 +182,7 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Return the last exact state, or else the last state within the limits; None without a state."""
+        """Alternate between both programs; return the last exact state, or else the last acceptable one."""
         problem, scaled = self._problem, self._scaled
         # The forces may not be in equilibrium with the loads, for example if they belong to elastic contacts.
         # Start with the load factor for which the unbalanced forces are smallest.

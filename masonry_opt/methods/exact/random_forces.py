@@ -11,7 +11,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-_RANDOM_FORCES_PURPOSE = "random forces"  #: Purpose that a result's ``solvers`` states for these programs.
+_RANDOM_FORCES_PURPOSE = "random forces"  #: Purpose of these programs in the ``solvers`` of a result.
 
 
 class RandomForces:

@@ -34,7 +34,7 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_REFINEMENT_PURPOSE = "refinement"  #: Purpose that a result's ``solvers`` states for programs (a) and (b).
+_REFINEMENT_PURPOSE = "refinement"  #: Purpose of programs (a) and (b) in the ``solvers`` of a result.
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ExactState:
 
     @cached_property
     def answer(self) -> Answer:
-        """Answer with certificate that this state represents."""
+        """Answer of this state, with its certificate: residuals computed from the matrices."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 

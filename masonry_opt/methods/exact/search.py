@@ -31,7 +31,7 @@ class StateRecord:
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including starts that led to no exact state
-        #: Lowest load factor of all physically meaningful states, of which the answer may be another.
+        #: Lowest load factor of all physically meaningful states; that of the answer may be higher.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -105,7 +105,7 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start, and return the exact state found from its joint forces (3c,); None without one."""
+        """Count a start; return the exact state found from its joint forces (3c,), or None."""
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
@@ -268,7 +268,7 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
 _LOWEST = "lowest state"  #: Kind of start: the forces of the lowest state.
 _RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
 _STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
-_FIXED = "fixed point"  #: Kind of start: forces at a fixed point of the costs of normal forces.
+_FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
 _NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the lowest state and a

@@ -329,7 +329,7 @@ class _LoadRaising:
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double the increment until a contact changes its state; return infinity if none ever changes."""
+        """Double the increment until a contact changes its state; return infinity if this never happens."""
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )

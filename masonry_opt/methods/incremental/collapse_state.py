@@ -36,7 +36,7 @@ class _FarState:
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
-    """Solve for the exact state of a collapse by displacement control; return None without success."""
+    """Solve for the exact state of a collapse by displacement control; return None if this fails."""
     trial, motion = collapse.state.trial, collapse.motion
     for _ in range(solver.settings.exact_solves):
         far = _solve_far_along(solver, trial, motion, load_factor)
@@ -113,9 +113,9 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return the answer with certificate from the displacement or the mechanism, whichever fits better.
+    """Return an answer with certificate from a state; return None if the live load does no work.
 
-    None is returned if the live load does no work in either of them.
+    The motion of the answer is the displacement or the mechanism, whichever has the smaller residuals.
     """
     problem, q = solver.problem, solver.law.of_problem(far.forces)
     answers = []

@@ -46,7 +46,7 @@ def mean_force_and_compliance(
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
-    # If no blocks touch, ties alone carry the load.
+    # If no blocks touch, ties alone carry the load, and the mean force is that of the ties.
     at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)
     mean_force = float(np.abs(at_contacts).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
@@ -268,7 +268,7 @@ class StrengthPolygon:
 
 
 class PolygonSides:
-    """Sides of a convex polygon, from corner to corner counter-clockwise, shape (corners,)."""
+    """Sides of a convex polygon in counter-clockwise order, with projection onto the polygon."""
 
     def __init__(self, corners: np.ndarray) -> None:
         sides = np.roll(corners, -1, axis=0) - corners

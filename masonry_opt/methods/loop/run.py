@@ -54,7 +54,7 @@ _STEADY = 0.05
 #: some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Purpose that a result's ``solvers`` states for the programs that find the exact state at the end of a run.
+#: Purpose of the programs that find the exact state at the end of a run, in the ``solvers`` of a result.
 _EXACT_END_PURPOSE = "exact end"
 
 

@@ -177,7 +177,7 @@ def run_plan(
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"no error is computed for runs that limit crushing by the parabola, on {', '.join(by_parabola)}: "
+            f"no error is computed for runs with the crushing parabola, on {', '.join(by_parabola)}: methods "
             "static and kinematic with a conic solver use the parabola, but the certified bounds use chords"
         )
     summary = judge.summary(rows, bounds, best)

@@ -132,7 +132,7 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
             if entry is not None and entry["content"] == scene.content:
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(f"{registry}: needs content, load_factor and method of each scene: {error}") from None
+        raise CaseError(f"{registry}: scenes need content, load_factor and method: {error}") from None
     return best
 
 
@@ -372,7 +372,8 @@ class Comparison:
         lines = []
         if len(self.summary):
             lines += [self.told.to_string(index=False), ""]
-            lines += [f"{counted(len(self.scenes), 'scene')}; success: share of certified or named runs"]
+            scenes = counted(len(self.scenes), "scene")
+            lines += [f"{scenes}; success is the share of runs that are certified or named"]
             lines += ["named: no load factor exists, and the run reports the correct reason"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"

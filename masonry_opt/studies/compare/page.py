@@ -32,7 +32,7 @@ _ENDING_LETTERS = {
     judge.FAILED: "F",
 }
 #: Explanations that charts print for letters, if the name of the verdict is not clear enough.
-_LETTER_MEANINGS = {"N": "no load factor, and the right reason why"}
+_LETTER_MEANINGS = {"N": "no load factor exists, and the run states the right reason"}
 
 #: Name of the error in titles, and label of the axis of errors, by question.
 _ERRORS = {

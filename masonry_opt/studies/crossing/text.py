@@ -33,7 +33,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
         count = counted(answer.undecided, "position")
         lines["undecided"] = f"λ may be less at {count} without an answer: {places}"
     if answer.interrupted:
-        not_reached = f", and in load cases not reached: {missing_cases}" if missing_cases else ""
+        not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
         lines["interrupted"] = f"λ may be less at positions that were not solved{not_reached}"
     return lines
 
@@ -73,10 +73,11 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     lines |= required | {"known of it": certainty(worst), "at": _where(answer)}
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
     if group.width:
-        lines["width"] = f"{passage.across:.4g} of each load, for an effective width of {group.width:g}"
+        share = f"{passage.across:.4g}"
+        lines["width"] = f"the scene carries {share} of each load, for an effective width of {group.width:g}"
     positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
     between = "" if answer.bound is not None else "; λ may be less between positions"
-    lines["solved"] = f"at {positions}; spacing at the worst position {spacing}{between}"
+    lines["solved"] = f"at {positions}, with a spacing of {spacing} at the worst position{between}"
     if passage.assembly.problem.live.any():
         lines["beside them"] = "other live loads of the scene, which λ also multiplies"
     return lines

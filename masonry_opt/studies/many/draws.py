@@ -20,7 +20,7 @@ from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-BY = ("scene", "course", "joint")  #: Groups of joints for which one random value of a property is drawn.
+BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
 #: Largest number of dimensions in which Sobol points are used; with more dimensions points are independent.
 #: With 128 Sobol points in 83 dimensions, some pairs of coordinates have a correlation of 0.8; with
 #: independent points the correlation is at most 0.3.
@@ -218,10 +218,10 @@ class Draws:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
-            why = f"{law.text} gives {value:g}{how}, which the scene does not accept: {error}"
             raise OptionError(
-                f"'{name}': {why}; use a distribution without these values, such as a lognormal or a "
-                "truncated distribution (scipy.stats.truncnorm)"
+                f"'{name}': {law.text} gives {value:g}{how}, which the scene does not accept: {error}; use a "
+                "distribution without these values, such as a lognormal or a truncated distribution "
+                "(scipy.stats.truncnorm)"
             ) from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:

@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
+#: The tolerance is relative to the threshold, but at least to this fraction of the range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -341,7 +341,7 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # The first trial is the one at the end of the range at which the scene should hold.
+        # Sort the trials so that the first is at the end of the range at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             raise OptionError(self._no_threshold())
@@ -398,8 +398,10 @@ class _Search:
         elif result.associative is not None and result.associative < self.load:
             number = result.associative  # an upper bound of every Coulomb load factor
         else:
-            why = f"{result.status}: {result.message}; narrow the range, or choose another method"
-            raise NoLoadFactorError(f"it could not be decided whether the load is carried: {why}")
+            raise NoLoadFactorError(
+                "it could not be decided whether the load is carried: narrow the range, or choose another "
+                f"method ({result.status}: {result.message})"
+            )
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
@@ -419,7 +421,7 @@ class _Search:
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
-        # Brent's method ends when the ends are closer than xtol + rtol |value|.
+        # Brent's method stops when the distance of the ends of its interval is below xtol + rtol |value|.
         xtol, rtol = tolerance / 2 * least_size, max(tolerance / 2, _LEAST_RTOL)
         brentq(excess, holds.value, fails.value, xtol=xtol, rtol=rtol, maxiter=_MOST_ITERATIONS)
         return ends[True], ends[False]
@@ -453,10 +455,9 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            both = f"{at} and at {high.value:g}"
-            return f"{both}, but {not_so} at {exceptions}: choose a range that ends there"
-        tried = f"at {high.value:g} and at all {len(row) - 2} intermediate values"
-        return f"{at}, {tried}: {', or '.join(self._remedies(low, high))}"
+            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose a range that ends there"
+        remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
+        return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
         """Return advice on another search, which may find a threshold, if all trials have the same outcome.

@@ -262,13 +262,14 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         table = pd.read_csv(path, dtype=str)
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
-        raise OptionError(f"{path}: exists already and is not a table of runs: {_INSTEAD}") from None
+        raise OptionError(f"{path}: the file exists and is not a table of runs: {_INSTEAD}") from None
     planned = {tuple(point.values()) for point in points}
     same_columns = [*values] == [*points[0]]
     recorded = values.itertuples(index=False, name=None)
     lost = sum(not same_columns or run not in planned for run in recorded)
     if lost:
-        raise OptionError(f"{path}: {lost} of its {counted(len(table), 'run')} would be lost: {_INSTEAD}")
+        runs = counted(len(table), "run")
+        raise OptionError(f"{path}: {lost} of the {runs} in this table would be lost: {_INSTEAD}")
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:

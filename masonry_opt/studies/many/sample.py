@@ -315,10 +315,11 @@ class Sample(StudyAnswer):
         for row in self.sensitivity().to_dict("records"):
             parameter, correlation = row["parameter"], row["rank_correlation"]
             if row["upper"] < 0 and is_limit(parameter):
-                falls = f"the load factor falls as {parameter} grows"
-                by = f"rank correlation {numeral(correlation, '+.3f')}"
-                reason = "larger values weaken the scene, or lower λ were missed at smaller values"
-                sentence = f"{falls} ({by}): {reason}{search_advice(self._method, 'them')}"
+                sentence = (
+                    f"the load factor falls as {parameter} grows (rank correlation "
+                    f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower λ were "
+                    f"missed at smaller values{search_advice(self._method, 'them')}"
+                )
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
@@ -365,8 +366,10 @@ class Sample(StudyAnswer):
         if lower.notna().any():
             share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
-            by = f"by {share:.1%} (median) with the stiffness of contacts and self-stress"
-            facts["spread"] = f"the incremental λ of a run varies {by}; range over all runs: {within}"
+            facts["spread"] = (
+                f"the incremental λ of a run varies by {share:.1%} (median) with the stiffness of contacts "
+                f"and self-stress; range over all runs: {within}"
+            )
         return facts
 
     def __str__(self) -> str:
@@ -392,11 +395,8 @@ class Sample(StudyAnswer):
 def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
     """Return a text on a statistic and its confidence limits, for λ and the incremental load factor.
 
-    Parameters
-    ----------
-    row: Row of a table of ``Sample``.
-    name: Name of the statistic's column.
-    spec: Format of numbers.
+    ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the
+    format of numbers.
     """
 
     def with_limits(prefix: str) -> str:

@@ -62,7 +62,7 @@ _RECORDS = {
 }
 #: Columns of the table of joints; columns without values in the plane or in space are omitted.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-#: Statement of a report on a stable scene without live load, in the list of what was not checked.
+#: Statement in the list of unchecked points of a report, for a stable scene without live load.
 _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "Loads other than the dead load: the scene is stable under its dead load, but its reserve against wind, "
     "impact, settlement and people is not known."
@@ -89,7 +89,7 @@ class ReportPart:
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
-    followed: bool = False  #: True if a mechanism was followed beyond its onset
+    followed: bool = False  #: True if a mechanism was followed over finite displacements
     pushed: bool = True  #: True if live loads act, so that results are load factors
     varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
 
@@ -170,8 +170,10 @@ def _part(answer: object) -> ReportPart:
 
     Raises OptionError if the argument is not an answer.
     """
-    studies = "solve, crossing, solve_cases, directions, settle or capacity"
-    raise OptionError(f"a report needs answers of {studies} (found {type(answer).__name__})")
+    raise OptionError(
+        "a report needs answers of solve, crossing, solve_cases, directions, settle or capacity (found "
+        f"{type(answer).__name__})"
+    )
 
 
 @_part.register

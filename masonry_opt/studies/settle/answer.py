@@ -189,8 +189,10 @@ class Bound:
             return "no state has a reaction that differs more from the reaction at rest"
         if self.is_proven:
             return f"{state_found(result)}; proven: no exact state has a reaction closer to that at rest"
-        nearer = "exact states may have a reaction closer to the reaction at rest"
-        return f"{state_found(result)}; found, not proven: {nearer}{search_remark(result, 'them')}"
+        return (
+            f"{state_found(result)}; found, not proven: exact states may have a reaction closer to the "
+            f"reaction at rest{search_remark(result, 'them')}"
+        )
 
     def _reaction(self, load_factor: float | None) -> float | None:
         """Return the reaction at a load factor; a value of the size of rounding errors becomes zero."""
@@ -464,8 +466,7 @@ def _reaction_text(end: Bound) -> str:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        by = "by the incremental analysis (no exact collapse state was found on this side)"
-        return f"{value} {by}"
+        return f"{value} by the incremental analysis (no exact collapse state was found on this side)"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"
