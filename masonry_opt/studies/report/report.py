@@ -145,7 +145,7 @@ def _with_distinct_headings(parts: Sequence[ReportPart]) -> list[ReportPart]:
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
     """Raise OptionError if a report cannot be written to a file; call this before a long computation."""
     if not isinstance(path, str | Path):
-        raise OptionError(f"the path of a file must be a string or a pathlib.Path (found {path!r})")
+        raise OptionError(f"the path of a file must be text or a pathlib.Path (found {path!r})")
     if not is_page(path):
         raise OptionError(
             f"{path}: the file of a report must end in .html (browsers can print the page as PDF)"
