@@ -144,7 +144,7 @@ class HowToSolve:
 
     @cached_property
     def _has_own_limit(self) -> bool:
-        """True if the method has an option for its time, and divides this time among its steps."""
+        """True if the method has an option ``time_limit``, and divides this time among its steps."""
         return self.chosen.options is not None and _TIME_LIMIT in self.chosen.options.model_fields
 
     @cached_property

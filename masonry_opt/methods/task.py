@@ -30,7 +30,7 @@ class Options(BaseModel):
 
 @dataclass(frozen=True)
 class Task:
-    """Input of a method: the problem, the solver, the options, and what the method reports to."""
+    """Input of a method: problem, solver, options, and objects that record its effort and progress."""
 
     problem: Problem  #: problem of a scene, which is stable under its dead load
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
