@@ -20,7 +20,7 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Name in a result's ``solvers`` for the associative load factor that is added to a Coulomb answer.
+#: Purpose of the program of the associative load factor, as listed in the ``solvers`` of a Coulomb result.
 _ASSOCIATIVE_PURPOSE = "associative"
 
 
@@ -63,16 +63,16 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
     """Return the solver's answer, the answer's state with its certificate, and the size of the program.
 
-    The state is None if the solver found none.
+    The state is None if the solver returns no point.
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Return a state with its certificate for associative flow; return None if the state is None."""
+        """Return a state with its certificate for associative flow, or None if there is no state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}
     driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
-    # A nearly optimal point is accepted here, because its certificate decides if it is good enough.
+    # A nearly optimal point is accepted here, because its certificate decides whether it is good enough.
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
@@ -112,7 +112,7 @@ def with_associative(task: Task, of: Solution) -> Solution:
 
 
 def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
-    """Return the answer with associative flow of a scene in the plane, computed by the simplex method.
+    """Solve a plane scene with associative flow by the simplex method.
 
     The program is built from the matrices, without a modelling language. None is returned for scenes in
     space, for large scenes, and if the simplex method finds no answer.

@@ -32,13 +32,15 @@ from masonry_opt.solvers.registry import find_solver
 #: Factor by which ε falls from one solve to the next.
 _FALL = 0.1
 
-#: Factor on the first ε for the next series if a series fails.
+#: After a series of solves has failed, the next series begins with the first ε multiplied by this factor.
 _SMALLER_START = 1e-3
 
-#: Smallest first ε of a series. If a series from this ε fails, the method ends.
+#: Smallest ε with which a series of solves may begin. If this series fails, the method ends without an
+#: answer.
 _SMALLEST_START = 1e-8
 
-#: Options of IPOPT; each solve of a series starts near the solution of the previous solve.
+#: Options of IPOPT. The warm-start options keep each solve close to the solution of the previous solve, from
+#: which it starts.
 _OPTIONS: dict[str, Any] = {
     "tol": 1e-9,
     "constr_viol_tol": 1e-9,
@@ -49,8 +51,8 @@ _OPTIONS: dict[str, Any] = {
     "warm_start_bound_push": 1e-6,
     "warm_start_mult_bound_push": 1e-6,
     "warm_start_slack_bound_push": 1e-6,
-    # Bounds are not relaxed, so that rates and slacks stay ≥ 0: two small negative numbers would otherwise
-    # have an admissible product.
+    # IPOPT must not relax bounds, so that rates and slacks stay ≥ 0. Otherwise the product of two small
+    # negative numbers would be admissible.
     "bound_relax_factor": 0.0,
     "max_iter": 700,
 }
@@ -72,7 +74,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Return the options. Raises ValueError if ``epsilon`` is below ``epsilon_min``."""
+        """Return the options; raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self
@@ -94,7 +96,7 @@ class RelaxationStep:
 class CasadiIpopt:
     """Interface to IPOPT through CasADi, which reads the program once from Pyomo's ``.nl`` file.
 
-    A solve starts from the values of the program's variables, and writes its solution to them.
+    A solve starts from the present values of the program's variables, and stores its solution in them.
     """
 
     def __init__(self, model: PyomoRelaxed) -> None:
@@ -121,10 +123,10 @@ class CasadiIpopt:
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
-        """Return IPOPT's solver of the program, which ends when the time limit of the analysis is over."""
+        """Return an IPOPT solver of the program, which stops at the time limit of the analysis."""
         import casadi
 
-        # If functions are expanded to scalar operations, derivatives take a thirtieth of the time.
+        # The functions are expanded to scalar operations, which makes derivatives thirty times as fast.
         options: dict[str, Any] = {
             "expand": True,
             "print_time": False,
@@ -140,12 +142,13 @@ class CasadiIpopt:
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
         """Solve with z p ≤ ``epsilon``, starting from the present values of the variables.
 
-        Returns True if IPOPT finds a local optimum, IPOPT's status, and the number of its iterations. Raises
-        TimeLimitReached if the time limit of the analysis is over.
+        Returns three values: True if IPOPT found a local optimum, IPOPT's status, and its number of
+        iterations. Raises TimeLimitReached if the time limit of the analysis is over.
         """
         check_time()
         if math.isfinite(seconds_left()):
-            # Each solve has less time than the solve before. IPOPT's limit is fixed when IPOPT is compiled.
+            # IPOPT's time limit is fixed when the solver is created, so the solver is created anew with the
+            # time that remains.
             self._solver = self._compiled()
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
@@ -163,7 +166,7 @@ class CasadiIpopt:
 
 
 def mpec(task: Task) -> Solution:
-    """Return the local optimum of the MPEC to which Scholtes' relaxation converges from a start.
+    """Return a local optimum of the MPEC, computed by Scholtes' relaxation from the start in the options.
 
     Raises OptionError if the start is a result of another scene, or has no forces.
     """
@@ -173,7 +176,8 @@ def mpec(task: Task) -> Solution:
     if isinstance(options.start, Solution):
         start = of_same_scene(options.start, problem)
     else:
-        # Solve sub-problems accurately at any size, because the relaxation needs to know which faces move.
+        # Sub-problems of the loop are solved accurately, because a rough solution does not show which faces
+        # move, and the relaxation needs this.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:
@@ -186,8 +190,8 @@ def mpec(task: Task) -> Solution:
 def _relaxed(task: Task, start: State | None) -> Solution:
     """Return the solution of the first series with falling ε that reaches the smallest ε.
 
-    Each series begins from the start, or from rest if ``start`` is None. From a start, series with smaller
-    first ε follow a series that fails. If all series fail, the solution has no load factor.
+    Each series begins at the state ``start``, or at rest if ``start`` is None. If a series from a state
+    fails, the next series begins with a smaller ε. If all series fail, the solution has no load factor.
     """
     problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
     scaled = in_units_of_live_load(problem)
@@ -201,7 +205,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # With a smaller first ε fewer solves fail, but the relaxation ends at a low λ less often.
+        # With a smaller first ε fewer solves fail, but the relaxation less often ends at a low λ.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None

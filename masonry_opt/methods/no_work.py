@@ -35,23 +35,24 @@ from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: Work of the live load, and energy z·p, that count as zero, relative to the work of the dead load. Sliding
-#: in the loop contracts by 10⁻³ μ, which leads to such energies.
+#: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
+#: load. In the loop of linear programs sliding joints contract by 10⁻³ μ, which causes energies of this size.
 _NEGLIGIBLE_WORK = 1e-3
 
-#: Values of σ, the growing share of the dead load, in the order of trial if the mechanism does not move
-#: against the live load. With a smaller σ the loop fails more often: with 0.5 on 11 of 67 random scenes, with
-#: 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
+#: Shares σ of the dead load that grow with the live load, in the order in which they are tried. They are
+#: increased if the mechanism moves against the live load. With a smaller σ the loop fails more often: with
+#: 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, is usually the
 #: answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Names of the fields in a method's step records that hold load factors.
+#: Names of the fields of a method's step records whose values are load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
-#: Reasons that depend on the loads with which they were found, and so do not apply to the scene itself.
+#: Codes of reasons that are valid only under the modified loads, and so are removed from the scene's
+#: solution.
 _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
@@ -62,10 +63,11 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution of a collapse in which the live load does no work; None if none is found.
+    """Return the solution of a collapse in which the live load does no work, or None.
 
-    None is returned if no such mechanism goes with the associative forces, or if the method finds none.
-    ``before`` is the method's solution of the unchanged scene, without a load factor, if the method was run.
+    The result is None if the associative forces permit no mechanism without work of the live load, or if the
+    method finds no solution. ``before`` is the method's solution of the unchanged scene, without a load
+    factor; it is None if the method was not run.
     """
     scene = task.problem
     task = replace(task, problem=scene.with_lowest_forces_as_load)
@@ -90,11 +92,11 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """Find a solution for loads of which part of the dead load grows with the live load; None without one.
+    """Solve the scene with loads in which a share of the dead load grows with the live load.
 
-    The first λ₀ is the associative load factor ``upper``. Further λ₀ follow by extrapolation until the loads
-    are those of the scene. None is returned if the method finds no answer, if the live load does work, or if
-    the load factor falls to zero.
+    The first λ₀ is the associative load factor ``upper``. Further λ₀ are extrapolated until the loads equal
+    those of the scene. None is returned if the method finds no answer, if the live load does work, or if the
+    load factor falls to zero.
     """
     problem = task.problem
     alike = not problem.face_cohesion.any() and not problem.dilatancy_depends_on_stress
@@ -108,15 +110,16 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # As long as the mechanism is the same, λ is a linear function of the size of the loads. If only
-        # friction limits forces, λ is zero for loads of size zero.
+        # The next λ₀ is extrapolated linearly: λ is a linear function of the size of the loads while the
+        # mechanism does not change. The first line starts at λ = 0 for loads of size zero, which is exact if
+        # only friction limits forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # Scaling forces and velocities does not change the residuals, which are relative to loads and
-            # velocities.
+            # The certificate remains valid when forces and velocities are scaled, because its residuals are
+            # relative to loads and velocities.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
@@ -127,11 +130,11 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """Return the associative load factor and the ratio of the live load's to the dead load's work.
+    """Return the associative load factor, and the work of the live load divided by that of the dead load.
 
-    The work is that in a mechanism of the joints' own flow rule, driven by the dead load, which goes with the
-    associative forces. None is returned if there is no such mechanism, or if the live load does positive work
-    in it.
+    The work is done in a mechanism that the dead load drives. The mechanism obeys the joints' own flow rule
+    and is complementary to the associative forces. None is returned if this mechanism does not exist, or if
+    the live load does positive work in it.
     """
     problem = task.problem.by_cone
     upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
@@ -153,28 +156,28 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the number s for which the growing loads at λ are s times the scene's loads at λ / s."""
+    """Return s, for which the modified loads at λ are s times the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 
 def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
-    """Return the work of the live load at a load factor, relative to that of the dead load.
+    """Return the work of the live load in a motion d, shape (3b,), divided by that of the dead load.
 
-    The work is that in a motion d, shape (3b,). The work of the dead load counts by its absolute value.
+    The live load is multiplied by the load factor. The absolute value of the dead load's work is used.
     """
     return load_factor * float(problem.live @ d) / abs(float(problem.dead @ d))
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Return a solution with the scene's answer; all load factors are converted to those of the scene.
+    """Convert a solution under the modified loads to a solution of the scene with the answer ``found``.
 
-    If the loads are s times those of the scene, a load factor becomes λ / s, or NaN if the loads vanish.
-    ``alike`` is True if states under loads of another size are states of the scene. Otherwise reasons with
-    load factors are left out. Proofs and load histories are always left out.
+    If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
+    vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,
+    reasons that contain load factors are omitted. Proofs and load histories are always omitted.
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        """Return the named load factors that have a value, converted to load factors of the scene."""
+        """Return the load factors with the given names that are not None, converted to the scene's loads."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}

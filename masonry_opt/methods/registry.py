@@ -27,17 +27,17 @@ from masonry_opt.solvers.registry import (
     find_solver,
 )
 
-#: Properties of scenes that are not supported by methods with constant dilatancy.
+#: Properties of scenes that methods with constant dilatancy do not support.
 _VARYING = frozenset({"dilatancy"})
 
 #: Properties of scenes that method "global" does not support.
 _REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop, by model. Interior-point methods come first: at a vertex some joints have no normal
-#: force, and the loop would lock these joints.
+#: Solvers of the loop, by model. Interior-point methods come first. A simplex method returns a vertex, at
+#: which some joints have no normal force, and the loop would then lock these joints.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
-#: Solver of methods that use no modelling language but the matrices themselves.
+#: Solver of methods that work on the matrices directly, without a modelling language.
 _NEWTON = {MATRICES: ("newton",)}
 
 #: Solvers of nonlinear programs.
@@ -81,19 +81,19 @@ FORMER_METHODS = {
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
-#: Name of the argument, and of the option of a method, that limits the time in seconds.
+#: Name of the time limit in seconds, which is an argument of ``solve`` and an option of some methods.
 _TIME_LIMIT = "time_limit"
 
-#: Arguments that every function with options of a method passes on. Errors about unknown options suggest
-#: these arguments.
+#: Arguments that every function with options of a method accepts too. An error about an unknown option
+#: suggests one of them if the names are similar.
 _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
 
 
 @dataclass(frozen=True)
 class HowToSolve:
-    """Arguments of :func:`~masonry_opt.analysis.solve` without the scene.
+    """Checked arguments of :func:`~masonry_opt.analysis.solve`, except the scene.
 
-    Raises OptionError if an argument is unknown or not available, whatever the scene.
+    Raises OptionError if an argument is unknown or not available for any scene.
     """
 
     method: str = DEFAULT
@@ -120,7 +120,7 @@ class HowToSolve:
         for name, value in self.options.items():
             if callable(value):
                 raise OptionError(
-                    f"option '{name}' is a function, which is not allowed in studies of many scenes"
+                    f"option '{name}' is a function, which is not allowed in studies of many scenes: omit it"
                 )
 
     @cached_property
@@ -144,7 +144,7 @@ class HowToSolve:
 
     @cached_property
     def _has_own_limit(self) -> bool:
-        """True if the method has an option for its time, and divides this time among its steps."""
+        """True if the method has an option ``time_limit``, and divides this time among its steps."""
         return self.chosen.options is not None and _TIME_LIMIT in self.chosen.options.model_fields
 
     @cached_property
@@ -166,11 +166,11 @@ class HowToSolve:
                     f"method '{method.name}' has no option '{option}'{self._instead(option, known)}"
                 )
         try:
-            # An option may be a result; the method then takes the ``solution`` of the result.
+            # If the value of an option is a result, the method receives the ``solution`` of the result.
             values = {name: getattr(value, "solution", value) for name, value in given.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
-            # An option that permits several types has one error for each type; only the first error is
+            # An option that permits several types causes one error for each type; only the first error is
             # reported.
             wrong = {
                 ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
@@ -180,7 +180,7 @@ class HowToSolve:
             raise OptionError(f"method '{method.name}': {'; '.join(parts)}") from None
 
     def _instead(self, option: str, known: Iterable[str]) -> str:
-        """Return the end of an error message: advice about an option that the method does not have."""
+        """Return the end of an error message, which advises what to use instead of an unknown option."""
         homes = _homes(option)
         if homes:
             return f"; methods that have it: {', '.join(homes)}"
@@ -190,15 +190,18 @@ class HowToSolve:
         others = [name for other in METHODS.values() if other.options for name in other.options.model_fields]
         close = difflib.get_close_matches(option, others, n=1)
         if close:
-            return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
-        return f"; it has: {', '.join(known) or 'none'}"
+            return f"; did you mean '{close[0]}'? It is an option of {', '.join(_homes(close[0]))}"
+        return f"; its options: {', '.join(known) or 'none'}"
 
     @cached_property
     def engine(self) -> Solver:
         """Solver of the method, with its tolerance.
 
-        Raises OptionError if a name is no text, or if the solver is not available. Raises OptionError too if
-        the method does not take the model, the solver or a tolerance.
+        Raises OptionError if
+
+        - a name is not a string;
+        - the solver is not available;
+        - the method does not support the model, the solver or a tolerance.
         """
         method, model = self.chosen, self.model
         for argument, value in (("model", model), ("solver", self.solver)):
@@ -208,7 +211,7 @@ class HowToSolve:
         if model in MODELS and model not in method.solvers:
             raise OptionError(
                 f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
-                f"methods that support it: {_names(lambda other: model in other.solvers)}"
+                f"methods that support this model: {_names(lambda other: model in other.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
@@ -221,36 +224,37 @@ class HowToSolve:
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
                 f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
-                f"supports it: {_names(lambda other: not other.own_tolerances)}"
+                f"supports a tolerance: {_names(lambda other: not other.own_tolerances)}"
             )
         return find_solver(model, name, SOLVER_TOLERANCE if self.tolerance is None else self.tolerance)
 
     @cached_property
     def of_dead_load(self) -> Solver:
-        """Solver of the program that decides if a scene is stable under its dead load.
+        """Solver of the program that decides whether a scene is stable under its dead load.
 
-        It is a quick solver if the method sets its own tolerances and the user names no solver.
+        If the method sets its own tolerances and the user names no solver, the default solver of linear
+        programs is used.
         """
         quick = self.solver is None and self.chosen.own_tolerances
         return find_solver("cvxpy", None) if quick else self.engine
 
 
 def _homes(option: str) -> list[str]:
-    """Return the names of the methods that have an option."""
+    """Return the names of the methods that have an option with the given name."""
     classes = {name: method.options for name, method in METHODS.items()}
     return [name for name, options in classes.items() if options and option in options.model_fields]
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of an error message: the methods that support a solver.
+    """Return the end of an error message, which lists the methods that support a solver.
 
-    If several modelling languages have the solver, the methods are those of the first language. For unknown
-    solvers the methods are those that take any solver of CVXPY.
+    If several modelling languages have the solver, the methods are those of the first language. For an
+    unknown solver, the methods that support any solver of CVXPY are listed.
     """
     known = [entry for (_, solver), entry in SOLVERS.items() if solver == name]
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
-        return f"; methods that support it with model '{known[0].language}': {takers}"
+        return f"; methods that support this solver with model '{known[0].language}': {takers}"
     others = _names(lambda method: not method.own_tolerances)
     return f"; methods that support other solvers: {others}"
 

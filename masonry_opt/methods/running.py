@@ -15,21 +15,22 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: Largest number of joints with which a collapse without work of the live load is looked for, if a method
-#: finds no load factor.
+#: Largest number of joints of scenes on which a collapse without work of the live load is looked for after a
+#: method has found no load factor.
 _MOST_JOINTS_NO_WORK = 8000
 
 #: Largest number of joints in the plane with which a Coulomb method takes no more than a few minutes; see
-#: "Façades" in benchmarks/README.md. With a larger number the warning about long analyses comes later.
+#: "Façades" in benchmarks/README.md. On scenes with more joints a warning about a long analysis is issued.
 _MOST_JOINTS_IN_MINUTES = 30_000
 
 #: Largest number of contact points in space with which a Coulomb method takes no more than a few minutes. The
-#: number is an estimate: no benchmark measures it. With a larger number the warning about long analyses comes
-#: later.
+#: number is an estimate: no benchmark measures it. On scenes with more contact points a warning about a long
+#: analysis is issued.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
-#: Work of the live load, over the product of the sizes of load and motion, up to which the live load does no
-#: work. With a larger value ranges of a load factor are compared with more states of other mechanisms.
+#: Work of the live load up to which it counts as zero, relative to the product of the norms of load and
+#: motion. With a larger value, a collapse without work is looked for after more load histories that end in a
+#: range of the load factor.
 NO_WORK = 1e-3
 
 
@@ -39,10 +40,9 @@ def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> 
     most = _MOST_CONTACTS_IN_MINUTES if problem.layout.round else _MOST_JOINTS_IN_MINUTES
     if method.associative or time_limit is not None or problem.joints <= most:
         return
-    scene = f"the scene has {problem.joints} {contacts}"
-    advice = "method 'static' is several times as fast, and 'time_limit' (--time-limit) limits the time"
     warnings.warn(
-        f"{scene}, so that method '{method.name}' will take many minutes: {advice}",
+        f"the scene has {problem.joints} {contacts}, and method '{method.name}' will take many minutes: "
+        "use method 'static', which is several times as fast, or set 'time_limit' (--time-limit)",
         LongAnalysisWarning,
         stacklevel=2,
     )
@@ -53,17 +53,17 @@ def run_method(method: Method, task: Task) -> Solution:
 
     This function looks for a collapse in which the live load does no work in three cases:
 
-    - before the method runs, if the incremental load factor is that of such a collapse;
+    - before the method runs, if the incremental analysis ended in a collapse without work of the live load;
     - if a Coulomb method finds no load factor;
-    - if a load history ends in a range, with a motion of such a collapse. The exact load factor then replaces
-      the range if it is inside the range.
+    - if a load history ends in a range of the load factor, and the live load does no work in its motion. An
+      exact load factor inside the range then replaces the range.
     """
     before, incremental = None, task.incremental
     if incremental is None or not incremental.has(Code.NO_WORK):
         before = method.run(task)
         if before.status is Status.TIME_LIMIT:
             return before
-        # A method that seeks exact states gives the answer of the load history only if it finds no exact
+        # A method that seeks exact states returns the answer of the load history only if it finds no exact
         # state.
         has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
         if not has_no_state and _ends_without_work(task.problem, before):
@@ -84,7 +84,7 @@ def run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends with a range of λ and a motion without work of the live load."""
+    """Return True if a load history ends in a range of λ and the live load does no work in its motion."""
     if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
         return False
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
@@ -92,9 +92,9 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 
 
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return the exact state in which the live load does no work if its λ is in the range of ``before``.
+    """Return the exact state without work of the live load if its λ is in the range of ``before``.
 
-    Else ``before`` is returned, the solution with the range.
+    ``before`` is the solution whose load history ends in a range; it is returned if no exact state fits.
     """
     from masonry_opt.methods.no_work import without_work
 

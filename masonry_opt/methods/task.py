@@ -1,4 +1,4 @@
-"""Define the interface of all methods: each takes a task and returns a solution."""
+"""Define the interface of all methods: a method takes a task and returns a solution."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -30,32 +30,34 @@ class Options(BaseModel):
 
 @dataclass(frozen=True)
 class Task:
-    """Arguments of a method."""
+    """Input of a method: problem, solver, options, and objects that record its effort and progress."""
 
     problem: Problem  #: problem of a scene, which is stable under its dead load
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
     options: Any = None  #: options of the method; None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Compiled programs of earlier analyses, which problems with other laws of the joints can reuse.
+    #: Cache of compiled programs. An analysis of the same scene with other friction or strength reuses them.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: Solution of the same problem by method "incremental"; None if that method is switched off.
     incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """Return a copy of this task with the options of another method; both tasks share one ``effort``."""
+        """Return a copy of this task with the options of another method; the copy shares ``effort``."""
         return replace(self, options=options, solver=solver or self.solver)
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Check that a solution belongs to a problem, and return it without its history, as a start.
+    """Return a solution without its history, so that an analysis of a problem can start from it.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
     if solution.q is None or solution.d is None:
-        raise OptionError("option 'start': the result has no forces from which an analysis can start")
+        raise OptionError(
+            "option 'start': the result has no forces from which an analysis can start; pass another result"
+        )
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
-        raise OptionError("option 'start': the result belongs to another scene")
+        raise OptionError("option 'start': the result belongs to another scene; pass a result of this scene")
     return replace(solution, history=())
 
 
@@ -64,10 +66,10 @@ class Method:
     """Registry entry of a method."""
 
     name: str  #: name of the method, as users write it
-    runs: str  #: function of the analysis, as module:name within ``methods``
-    takes: str = ""  #: class of the options, as module:name within ``methods``; "" without options
+    runs: str  #: function that runs the method, as module:name within package ``methods``
+    takes: str = ""  #: class of the options, as module:name within package ``methods``; "" without options
     #: Names of the solvers that the method can use, for each model (one of ``MODELS``). The first model and
-    #: the first solver are the defaults. An empty tuple stands for all solvers of linear programs.
+    #: the first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method's answer has associative flow
     #: True if the method looks for the exact Coulomb state with the lowest load factor. A state of another
@@ -81,7 +83,7 @@ class Method:
 
     @property
     def run(self) -> Callable[[Task], Solution]:
-        """Function of the analysis. Its module is imported on first use, as the import may take seconds."""
+        """Function that runs the method. Its module is imported on first use, which may take seconds."""
         return _named(self.runs)
 
     @property
@@ -96,6 +98,6 @@ class Method:
 
 
 def _named(path: str) -> Any:
-    """Return the object at a path such as "mpec:mpec" (module:name in package ``methods``)."""
+    """Import and return the object with a path such as "mpec:mpec" (module:name in package ``methods``)."""
     module, name = path.split(":")
     return getattr(import_module(f"masonry_opt.methods.{module}"), name)

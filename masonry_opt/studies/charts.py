@@ -25,8 +25,8 @@ __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", 
 _WIDTH = 620  #: Width of a chart on paper, in pixels.
 _PANEL = 230  #: Width and height of a panel on paper, in pixels.
 _MOST_PANELS_IN_ROW = 4  #: Largest number of panels in a row.
-_PANELS = 24  #: Largest number of panels on paper; notes state the total number.
-_ENTRY = 300  #: Width of a legend entry in pixels, from which the number of columns follows.
+_PANELS = 24  #: Largest number of panels on paper; the notes of the chart state the total number.
+_ENTRY = 300  #: Width of a legend entry in pixels; it determines the number of columns of the legend.
 _LETTER = 6  #: Mean width of a letter of the notes, in pixels.
 _FONT = "DejaVu Sans"  #: Font that comes with Matplotlib, so that pictures are equal on all machines.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
@@ -50,7 +50,8 @@ class NamedChart:
     title: str
     chart: Any  #: chart of Altair
     notes: str = ""
-    #: Column with one panel for each value. On paper the panels are side by side; a page shows one at a time.
+    #: Name of a column of the data, for a chart with one panel per value of the column. On paper the panels
+    #: are side by side; a page shows one panel at a time.
     panels: str = ""
 
     def on_paper(self) -> Any:
@@ -70,7 +71,7 @@ class NamedChart:
         return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """Return the Vega-Lite specification, as wide as its container, without title and notes."""
+        """Return the Vega-Lite specification for a page, as wide as its container and without title."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             values = self._panels()
@@ -94,13 +95,13 @@ def _configured(chart: Any, columns: Any) -> Any:
 
 
 def axis(title: str, least: float, greatest: float) -> dict[str, Any]:
-    """Return the scale and the axis of a chart channel, as keyword arguments for ``alt.X(...)``."""
+    """Return a linear scale and an axis with a title, as keyword arguments for ``alt.X(...)``."""
     scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
     return {"scale": scale, "axis": alt.Axis(title=title)}
 
 
 def legend(entries: object) -> dict[str, Any]:
-    """Return the legend of a chart channel, as keyword arguments; None hides an empty legend."""
+    """Return keyword arguments of a chart channel that hide its legend if there are no entries."""
     return {} if entries else {"legend": None}
 
 

@@ -16,8 +16,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.solution import Solution
 
-#: Types of the columns of a run that follow its values, by column name. Only ``seconds`` differs between
-#: machines.
+#: Types of the columns of a run's answer, by column name. In a table they follow the columns of the varied
+#: values. Only ``seconds`` differs between machines.
 ANSWER_COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
@@ -31,24 +31,25 @@ ANSWER_COLUMNS = {
     "seconds": "float64",
 }
 
-#: Columns of a run in a sweep or sample: ``state_from`` names another run in which its state was found;
-#: ``warnings`` has the warnings about its scene.
+#: Types of the columns of a run in a sweep or sample. ``state_from`` names another run if the state was found
+#: in that run; ``warnings`` has the warnings about the scene of the run.
 RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
 #: Columns that name the worst position of axles.
 PLACE = ("axles", "position", "direction", "load_case")
-#: Text on runs in which axles cross the scene.
+#: Printed explanation of λ if axles cross the scene in each run.
 CROSSED_RUNS = "axles cross the scene in each run: λ is the least of all positions"
 
-#: Columns of a run in which axles cross the scene: the load case, the axles, the direction and the position
-#: of the first axle that govern, the proven lower bound, and the numbers of solved and undecided positions.
+#: Types of the additional columns of a run in which axles cross the scene: the governing load case, axles,
+#: direction and position of the first axle, the proven lower bound, and the numbers of solved and undecided
+#: positions.
 CROSSING_COLUMNS = {
     **dict.fromkeys(("load_case", "axles", "direction"), "object"),
     **dict.fromkeys(("position", "bound"), "float64"),
     **dict.fromkeys(("positions", "undecided_positions"), "Int64"),
 }
 
-#: Name of a mechanism with one kind of joint motion in addition to separation, by that motion.
+#: Names of mechanisms by the kind of joint motion. Separation of joints may occur in all of them.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 
 
@@ -62,12 +63,12 @@ def framed(
     before: Iterable[str] | Mapping[str, str],
     of_runs: Mapping[str, str] = ANSWER_COLUMNS,
 ) -> pd.DataFrame:
-    """Return rows of runs as a frame with typed columns.
+    """Convert rows of runs to a frame with typed columns.
 
     Parameters
     ----------
     rows: Entries by column, one dictionary a run.
-    before: Names of the first columns, or their types by name; without types they are numbers.
+    before: Names of the first columns, or their types by name. Columns without a type are numbers.
     of_runs: Types of the other columns by name.
     """
     types = dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")
@@ -76,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the entries of ANSWER_COLUMNS for a result, except ``seconds``."""
+    """Return the values of the columns ANSWER_COLUMNS for a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
@@ -100,7 +101,7 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the ends of the ranges of the incremental load factor by the option ``spread``."""
+    """Return the limits of the incremental load factors that the option ``spread`` found."""
     values: list[float] = []
     for reason in solution.reasons:
         if reason.code is Code.SPREAD:
@@ -110,9 +111,9 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return columns with the kind of the mechanism and the numbers of joints in each kind of motion.
+    """Return the kind of a mechanism and the numbers of joints in each kind of motion, as table columns.
 
-    Returns an empty dictionary if the solution has no mechanism.
+    The dictionary is empty if the solution has no mechanism.
     """
     if solution.d is None:
         return {}

@@ -1,4 +1,4 @@
-"""Tasks in worker processes of this machine or on a Dask cluster.
+"""Run tasks in worker processes of this machine or on a Dask cluster.
 
 A task that crashes its process, or exceeds its limit of time or memory, does not affect other tasks. On
 this machine processes are forked from a server that has imported the package (the start method "forkserver"
@@ -26,22 +26,24 @@ from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError
 
-FINISHED = "finished"  #: The task returned a value.
-REFUSED = "refused"  #: The task raised a MasonryError.
-CRASHED = "crashed"  #: The task raised another error.
-DIED = "died"  #: The process of the task ended.
-TIME_LIMIT = "time limit"  #: The task took too long.
+FINISHED = "finished"  #: Outcome of a task that returned a value.
+REFUSED = "refused"  #: Outcome of a task that raised a MasonryError.
+CRASHED = "crashed"  #: Outcome of a task that raised another error.
+DIED = "died"  #: Outcome of a task whose process ended without a result.
+TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
-#: Ends of a task without a value.
+#: Outcomes of a task that has no value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: Number of workers that a task may kill before the task is given up.
+MOST_DEATHS = 3  #: Largest number of runs of a task whose worker process dies each time.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
-#: Number of tasks submitted per worker. With fewer tasks workers may wait; with more tasks memory grows.
+#: Number of tasks that are submitted per worker in advance. With fewer tasks workers may be idle; with more
+#: tasks memory grows.
 _TASKS_PER_WORKER = 3
 PATIENCE = 10  #: Time in seconds within which a Dask scheduler must answer.
-#: Environment variables of the processes, which libraries read when they are imported.
+#: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
+#: read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: Modules that the server imports before it forks, so that no process has to import them.
+#: Modules that the fork server imports before it starts processes, so that no process has to import them.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes; Windows has no fork server.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
@@ -62,7 +64,7 @@ class TaskEnd:
 
     @property
     def found(self) -> Any:
-        """Value of the task. Raises RuntimeError if the task crashed, or MasonryError if it has no value."""
+        """Value of the task. Raises RuntimeError if the task crashed, MasonryError if it ended otherwise."""
         if self.how != FINISHED:
             kind = RuntimeError if self.how == CRASHED else MasonryError
             raise kind(f"{self.how}: {self.reason}")
@@ -86,7 +88,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
     def __init__(self, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
-            raise OptionError("give 'workers' or 'dask', not both: a Dask cluster has its own workers")
+            raise OptionError("use 'workers' or 'dask', not both: a Dask cluster has its own workers")
         count = _cores() if count is None else whole("workers", count, 1)
         self._engine = Processes(count) if dask is None else _Cluster(dask)
 
@@ -127,7 +129,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return an argument as an int. Raises OptionError if it is not an integer, or is too small."""
+    """Return an argument as an int. Raises OptionError unless it is an integer of at least ``least``."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
@@ -196,9 +198,9 @@ def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> It
 def _start_server() -> None:
     """Start the fork server unless it runs already.
 
-    The server inherits two settings of this process, which are restored afterwards. Ctrl-C does not reach
-    the server (only the main thread can set this). Standard error is discarded: a process whose study is
-    interrupted before it begins would write a traceback.
+    Two settings of this process are changed while the server starts, because the server inherits them, and
+    are restored afterwards. Ctrl-C is ignored, which only the main thread can set. Standard error is
+    discarded, because a process whose study is interrupted before it begins would write a traceback.
     """
     if _START_METHOD != "forkserver":
         return
@@ -217,7 +219,7 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Make a new process end at SIGTERM and discard its output. Pebble makes it ignore Ctrl-C."""
+    """Set up a new process: it ends at SIGTERM, and its output is discarded. Pebble disables Ctrl-C."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
@@ -238,7 +240,7 @@ def _cores() -> int:
 
 
 class Processes:
-    """Pool of local worker processes, by the library Pebble."""
+    """Pool of worker processes on this machine, managed by the library Pebble."""
 
     def __init__(self, count: int) -> None:
         self.context, self.room = Context(), _TASKS_PER_WORKER * count
@@ -265,7 +267,7 @@ class _Cluster:
         try:
             import distributed
         except ImportError:
-            raise OptionError("--dask needs: pip install '.[dask]'") from None
+            raise OptionError("--dask needs the package 'distributed': pip install '.[dask]'") from None
         try:
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
@@ -277,14 +279,15 @@ class _Cluster:
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            at = self._address
-            none = f"the Dask scheduler at '{at}' has no worker: start one with 'dask worker {at}'"
-            raise OptionError(f"{none}; finished runs are kept if 'out' is given") from None
+            raise OptionError(
+                f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
+                f"{self._address}'; finished runs are kept if 'out' is given"
+            ) from None
         return self._executor.submit(_run, task)
 
     @property
     def room(self) -> int:
-        """Largest number of tasks that may be submitted and unfinished at a time."""
+        """Largest number of unfinished tasks that may be submitted at one time."""
         return _TASKS_PER_WORKER * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:
@@ -293,7 +296,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the outcome that a worker sent, or an outcome with the reason why nothing was sent."""
+    """Return the outcome that a worker sent, or an outcome with the reason why it sent none."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()

@@ -9,32 +9,35 @@ from masonry_opt.files import plain
 class StudyCode(StrEnum):
     """Codes of warnings about studies. The comment on a code lists the values of the warning's record."""
 
-    #: Values: ``path`` of the journal; ``line``, the number of the damaged line, from 1.
+    #: A line of the journal of a study is damaged. The record has the ``path`` of the journal and the number
+    #: ``line`` of the damaged line, from 1.
     DAMAGED_JOURNAL = "damaged journal"
-    #: Values: ``status`` of the runs; ``count``, the number of runs; ``message``, the reason of the first
-    #: run.
+    #: The values of some runs make no valid scene. The record has the ``status`` of these runs, their number
+    #: ``count``, and the ``message`` of the first run.
     RUNS_LEFT_OUT = "runs left out"
-    #: Values: ``status`` of the runs; ``count``, the number of runs; ``message``, the reason of the first
-    #: run.
+    #: Some runs have no answer. The record has the ``status`` of these runs, their number ``count``, and the
+    #: ``message`` of the first run.
     RUNS_UNDECIDED = "runs undecided"
-    #: Values: ``parameter``, the name of the varied input, such as the friction. For a sweep also the two
-    #: ``values`` and ``load_factors`` at the largest decrease of λ, and ``fixed``, the values of the other
-    #: numbers. For a sample also ``rank_correlation``.
+    #: The load factor decreases as a friction, cohesion or strength increases. The record has the name of
+    #: this ``parameter``. For a sweep it also has the two ``values`` and ``load_factors`` at the largest
+    #: decrease of λ, and the values of the other numbers, ``fixed``. For a sample it also has the
+    #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: Value: ``values``, numbers beyond the threshold at which the scene is also stable or carries the load.
+    #: The scene is also stable, or carries the load, at ``values`` beyond the threshold.
     SEVERAL_THRESHOLDS = "several thresholds"
-    #: Values: ``load_factor`` of a crossing, and ``bound``, its larger lower bound, which is a contradiction.
+    #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"
-    #: Values: ``count``, the number of undecided positions of a crossing; ``positions``, with the first of
-    #: them.
+    #: A crossing has positions without an answer. The record has their number ``count``, and a list
+    #: ``positions`` with the first of them.
     POSITIONS_UNDECIDED = "positions undecided"
-    #: Value: ``cases``, the names of the load cases without axles.
+    #: Some load cases have no axles. The record has their names, ``cases``.
     CASES_WITHOUT_AXLES = "cases without axles"
-    #: Values: ``end``, "least" or "greatest"; ``reaction`` of the answer; ``incremental``, the reaction at
-    #: the end of the load history.
+    #: The load history ends closer to the reaction at rest than the answer. The record has the ``end``
+    #: ("least" or "greatest"), the ``reaction`` of the answer, and the ``incremental`` reaction at the end
+    #: of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    #: Values: ``end``, "least" or "greatest"; ``reaction`` of the exact state; ``at_rest``, the reaction at
-    #: rest.
+    #: An exact state is on the other side of the reaction at rest. The record has the ``end`` ("least" or
+    #: "greatest"), the ``reaction`` of the exact state, and the reaction ``at_rest``.
     STATE_ACROSS_REST = "state across rest"
 
 

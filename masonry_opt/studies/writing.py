@@ -43,8 +43,8 @@ class Journal:
     """File that records the finished runs of a study, in the folder of the study.
 
     The first line, the head, has a hash of each input that determines the rows. Every other line is a run.
-    An incomplete last line is removed when the file is opened. Another damaged line stays in the file, and
-    a record in ``warnings`` has its number. The runs of both lines count as missing, and are made again.
+    An incomplete last line is removed when the file is opened. Any other damaged line remains in the file,
+    and ``warnings`` has a record with its number. The runs of damaged and removed lines are made again.
 
     Raises OptionError if the folder has runs with another head, OutputError if it cannot be read or written.
     """
@@ -62,7 +62,7 @@ class Journal:
             complete = complete or _line(head)
             if complete != data:
                 write_whole(self.path, complete)
-        #: Length of the file before rows are added, in bytes; 0 if the journal begins here.
+        #: Length of the file before rows are added, in bytes; 0 if this object created the file.
         self._length_before = len(complete) if data else 0
         first, *lines = complete.splitlines()
         self._refuse_others(first, head)
@@ -72,8 +72,10 @@ class Journal:
             try:
                 self._keep(json.loads(line))
             except (ValueError, KeyError, TypeError):
-                remedy = "the run of this line is repeated; delete the line to stop this warning"
-                sentence = f"{self.path}: line {number} is damaged: {remedy}"
+                sentence = (
+                    f"{self.path}: line {number} is damaged: the run of this line is repeated; delete the "
+                    "line to stop this warning"
+                )
                 where = {"path": str(self.path), "line": number}
                 self.warnings.append(study_warning(StudyCode.DAMAGED_JOURNAL, sentence, **where))
 
@@ -85,8 +87,10 @@ class Journal:
         except (ValueError, AttributeError):
             raise OptionError(f"{self.path}: is not a journal of runs: choose another folder") from None
         if changed:
-            others, anew = f"runs with other {', '.join(changed)}", f"remove {self.path} to begin anew"
-            raise OptionError(f"{self.path.parent}: has {others}: choose another folder, or {anew}")
+            raise OptionError(
+                f"{self.path.parent}: has runs with other {', '.join(changed)}: choose another folder, or "
+                f"remove {self.path} to begin anew"
+            )
 
     def _keep(self, line: Mapping[str, Any]) -> None:
         """Store the run that a line of the journal describes.
@@ -101,7 +105,7 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; earlier runs are kept, and the same command continues from there"
+        kept = "; earlier runs are kept: repeat the command to continue after them"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
@@ -129,12 +133,12 @@ def digest(content: object) -> str:
 
 
 def _line(content: Mapping[str, Any]) -> bytes:
-    """Return a dictionary as one line of a journal."""
+    """Return a dictionary as one line of a journal, in the form of JSON."""
     return json.dumps(content, ensure_ascii=False).encode() + b"\n"
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that influence answers, or "not installed"."""
+    """Return the versions of Python and of the packages that influence answers, by name."""
     versions_by_name = {"python": platform.python_version()}
     for name in _PACKAGES.split():
         try:
@@ -235,7 +239,7 @@ def chart_files(names: Iterable[str]) -> list[str]:
 def in_words(
     frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Return columns of a frame as text, with a dash for missing values.
+    """Convert columns of a frame to text, with a dash for missing values.
 
     Parameters
     ----------
@@ -262,7 +266,7 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Return a table for the template of a page. ``numbers`` are the names of right-aligned columns."""
+    """Return a table as values for the template of a page; columns in ``numbers`` are right-aligned."""
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 
@@ -272,10 +276,10 @@ def frame_table(
     columns: Iterable[str] | None = None,
     **headings: str,
 ) -> dict[str, Any]:
-    """Return columns of a frame as a table for the template of a page.
+    """Convert columns of a frame to a table for the template of a page.
 
-    The headings of columns are given by keyword. By default they are the names of the columns, and λ for
-    "load_factor".
+    Keyword arguments set the headings of columns. By default the headings are the names of the columns, and
+    λ for "load_factor".
     """
     words, headings = in_words(frame, formats, columns), {"load_factor": "λ"} | headings
     numbers = frame.select_dtypes("number").rename(columns=headings)

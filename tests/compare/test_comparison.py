@@ -175,7 +175,7 @@ def test_report_files(tmp_path, runs_by, without, missing):
     ("arguments", "message"),
     [
         (["nowhere.toml"], "no such file"),
-        (["nowhere"], "no case in cases/ has that name"),
+        (["nowhere"], "no case file in cases/ has this name"),
         ([], "name case files"),
         ([str(TWO_BLOCKS), "--tolerances", "small"], "numbers separated by commas"),
         ([str(TWO_BLOCKS), "--solvers", "nix"], "solver 'nix' is unknown"),

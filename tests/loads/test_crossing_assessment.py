@@ -127,7 +127,7 @@ def test_chords_are_named_as_a_reason():
     scene = mo.Scene(joints={"friction": 0.45, "strength": 900.0}, blocks=ring.blocks())
     found = mo.crossing(scene, axles(60.0, road=[(-1.8, 2.3), (1.8, 2.3)]), method="static")
     facts = found.facts()
-    assert "chords, which lie inside the parabola and lower λ by " in facts["first look"]
+    assert "chords, which are inside the parabola and lower λ by " in facts["first look"]
     assert "Coulomb friction and chords may lower λ below this bound" in facts["bound"]
 
 

@@ -1,8 +1,9 @@
 """The two linear programs of a proof, and conflicts from their Farkas multipliers.
 
-Statics and kinematics share nothing but z_i p_i = 0. If no forces with λ up to the bound bring some
-conditions to yield together, or no mechanism leaves some at rest, one of the programs is infeasible. Its
-multipliers name the few conditions to blame. A conflict counts only if the matrices confirm it by weak
+Statics and kinematics share only the conditions z_i p_i = 0. The program of statics is infeasible if no
+forces with λ up to the bound bring a set of conditions to yield together. The program of kinematics is
+infeasible if no mechanism leaves a set of conditions at rest. The multipliers of an infeasible program name
+the few conditions that cause the contradiction. A conflict is used only if the matrices confirm it by weak
 duality.
 """
 
@@ -21,55 +22,58 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-_CONFLICTS_PURPOSE = "conflicts"  #: Name of this use of HiGHS in a result.
+_CONFLICTS_PURPOSE = "conflicts"  #: Purpose of these programs in the ``solvers`` of a result.
 
-#: Residual up to which HiGHS may call a program infeasible, as every conflict is verified afterwards. A
-#: smaller value leaves more programs undecided.
+#: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
+#: verified afterwards, so that a large value is admissible. A smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
 
-#: Share of the allowed residual that a conflict may leave, as residuals are computed in floating point. A
-#: larger share leaves conflicts that the exact arithmetic of the check may refuse.
+#: Share of the allowed residual that a conflict may have here, where residuals are computed in floating
+#: point. With a larger share, the exact arithmetic of the proof check may reject conflicts.
 _SAFETY = 0.5
 
 
 class Undecided(Exception):
-    """Error: the linear programs do not decide if chosen yield conditions are possible together."""
+    """Error: the linear programs do not decide whether chosen yield conditions are possible together."""
 
 
 def total_load(problem: Problem, highest: float) -> float:
-    """Return the sum of all loads at a load factor, to which residuals of a proof are relative."""
+    """Return the sum of all loads at a load factor, by which residuals of a proof are divided."""
     return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
 
 
 def friction_excess(problem: Problem) -> np.ndarray:
-    """Return μ − tan ψ of each sliding condition, shape (2k,)."""
+    """Return μ − tan ψ, friction minus dilatancy, for each yield condition of sliding, shape (2k,)."""
     return np.tile(problem.friction - problem.dilatancy, len(problem.layout.senses))
 
 
 def senses_of(problem: Problem) -> np.ndarray:
-    """Return the indices of the two sliding conditions of each joint, one for each sense, shape (k, 2)."""
+    """Return the indices of the two sliding conditions of each joint, one per direction, shape (k, 2)."""
     first = np.arange(len(problem.sliding))
     return np.column_stack([first, first + len(first)])
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least work of the live load times λ in a motion (3b,), for any λ from 0 to ``highest``."""
+    """Return the least work of λ times the live load in a motion (3b,), over all λ from 0 to ``highest``."""
     return min(0.0, highest * float(problem.live @ d))
 
 
 @dataclass(frozen=True, eq=False)
 class Refutation:
-    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve."""
+    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve.
+
+    ``blamed`` are the conditions that contradict each other according to the multipliers.
+    """
 
     ray: np.ndarray  #: multipliers, shape (rows,)
-    #: True for yield conditions that the program held at yield (or at rest), shape (faces,).
+    #: True for yield conditions that the program fixed at yield or at rest, shape (faces,).
     restricted: np.ndarray
     #: True for restricted conditions whose multipliers exceed rounding errors, shape (faces,).
     blamed: np.ndarray
 
 
 class Theory(ABC):
-    """Base class of the linear programs of statics and kinematics, whose conditions can be restricted."""
+    """Base class of the linear programs of statics and kinematics, in which conditions can be fixed."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -91,26 +95,27 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Hold given conditions (faces,) at yield (statics) or at rest (kinematics); release all others."""
+        """Fix given conditions (faces,) at yield (statics) or at rest (kinematics); release all others."""
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return True for conditions that row multipliers use as restricted ones in a proof, shape (faces,).
+        """Return True for each yield condition that a proof by row multipliers needs, shape (faces,).
 
-        Multipliers up to ``rounding``, a share of the largest, count as zero.
+        Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
 
     @abstractmethod
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the conflict that row multipliers prove; None if the check with the matrices fails."""
+        """Return the contradicting conditions (conflict) that multipliers prove; None if the check fails."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
-        """Return the conflict that a refutation proves; None if the check with the matrices fails.
+        """Return the contradicting conditions (conflict) that a refutation proves, or None.
 
-        Where the conditions to blame do not suffice, all restricted conditions with a multiplier are named.
-        The problem and the largest load factor are in their own units, not in those of the program.
+        If the blamed conditions do not suffice, the conflict names all restricted conditions with a
+        multiplier. None is returned if the check with the matrices fails. The problem and the largest load
+        factor are in the units of the scene, which differ from those of the program.
         """
         shortest = self._confirmed(found.ray, found.blamed, problem, highest)
         if shortest is not None:
@@ -118,9 +123,9 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Restrict the given conditions (faces,); return a proof of infeasibility, or None if feasible.
+        """Fix the given conditions (faces,); return a proof that this is infeasible, or None if feasible.
 
-        Raise Undecided if HiGHS decides nothing.
+        Raise Undecided if HiGHS does not decide.
         """
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
@@ -130,7 +135,7 @@ class Theory(ABC):
             return None
         ray = self._session.dual_ray() if verdict is Verdict.INFEASIBLE else None
         if ray is None:
-            raise Undecided(f"HiGHS ended with '{verdict.name.lower()}' and without multipliers")
+            raise Undecided(f"HiGHS ended with status '{verdict.name.lower()}' and returned no multipliers")
         blamed = self._needed(ray, self._settings.rounding) & conditions
         return Refutation(ray, self._restricted, blamed)
 
@@ -157,9 +162,9 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least load factor at which the given conditions (faces,) are at yield, with its forces.
+        """Return the least λ, with its forces, at which the given conditions (faces,) are at yield.
 
-        All is in scaled units. Return None if HiGHS finds none.
+        Load factor and forces are in scaled units. Return None if HiGHS finds no optimum.
         """
         self._restrict(moving)
         self._restricted = moving.copy()
@@ -188,9 +193,10 @@ class Statics(Theory):
     def least_friction(
         self, problem: Problem, condition: int, highest: float
     ) -> EnergyBound | StaticConflict | None:
-        """Return a lower bound of (μ − tan ψ) n of a sliding condition at yield; None if it is not verified.
+        """Return a lower bound of the energy (μ − tan ψ) n of a sliding condition at yield, or None.
 
-        Return a conflict instead if the condition cannot be at yield.
+        Return a conflict instead if the condition cannot be at yield. None is returned if the matrices do not
+        confirm the bound or the conflict.
         """
         sliders, alone = len(problem.sliding), np.arange(problem.faces) == condition
         cost = friction_excess(problem)[condition] * problem.N[[condition % sliders]].toarray()[0]
@@ -213,9 +219,10 @@ class Statics(Theory):
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return d (3b,), p (faces,) and the least cost·q that they prove; None if residuals outweigh it.
+        """Return velocities d, rates p and the lower bound of cost·q that they prove, or None.
 
-        Multipliers are taken as they are, or else without those that are rounding, and corrected.
+        If the multipliers prove no bound as they are, multipliers of the size of rounding errors are set to
+        zero, and the others are corrected. None is returned if the residuals are still too large.
         """
         d, p = -ray[: self._height], -ray[self._height :] / problem.steep
         found = self._proven(d, p, problem, highest, cost, held)
@@ -235,9 +242,10 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return d (3b,), p (faces,) and the least cost·q that they prove; None if residuals outweigh it.
+        """Check velocities d and rates p; return both and the bound of cost·q that they prove, or None.
 
-        Signs of p are exact: negative multipliers of conditions that are not held become zero.
+        Negative entries of p are set to zero, except for conditions that are held at yield. None is returned
+        if the residuals are too large compared with the bound.
         """
         p = np.where(held, p, np.maximum(p, 0.0))
         load = total_load(problem, highest)
@@ -252,7 +260,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return d (3b,) and p (faces,) after the smallest change that removes a residual (3c + t,)."""
+    """Return velocities d and rates p after the least change that removes a residual, shape (3c + t,)."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
@@ -265,8 +273,9 @@ class Kinematics(Theory):
     """Linear program of mechanisms that a λ up to ``highest`` can drive, with chosen conditions at rest.
 
     Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state
-    λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, with γ the slip of each joint that slides. The energy e
-    (faces,) of a condition is c and, of sliding, the least (μ − tan ψ) n. All is in scaled units.
+    λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in which γ is the slip of each joint that slides. The energy e
+    of a condition, shape (faces,), is its cohesion c. For sliding the least (μ − tan ψ) n is added. All
+    values are in scaled units.
     """
 
     def __init__(self, scaled: Scaled, energy: np.ndarray, effort: Effort, settings: ProofSettings) -> None:
@@ -287,7 +296,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # C(tan ψ) q + weight · e of the multipliers must not be negative for conditions that may move.
+        # The proof needs C(tan ψ) q + weight · e ≥ 0 for each condition that may move. Conditions with a
+        # negative value must therefore be at rest.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 
@@ -320,7 +330,7 @@ class Kinematics(Theory):
         problem: Problem,
         gain: float,
     ) -> KinematicConflict | None:
-        """Return the conflict that forces (3c + t,) prove; None if residuals are too large for a proof."""
+        """Return the conflict that forces (3c + t,) prove; None if their residuals are too large."""
         resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
         unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
         lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
@@ -332,7 +342,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the smallest change of forces (3c + t,) that balances blocks and cancels small resistances."""
+    """Return the least change of forces (3c + t,) that balances blocks and cancels small resistances."""
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
     change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]
@@ -340,9 +350,9 @@ def _balancing(
 
 
 def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
-    """Return the program of :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`, compiled at once.
+    """Build the program of :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion` from the matrices.
 
-    Columns are "p" and "d". Row "energy" is the energy balance, without a bound.
+    The columns are "p" and "d". The row "energy" is the energy balance, whose upper bound is set later.
     """
     _, motion = programs(problem)
     row = sp.csc_array(np.append(energy, -problem.dead)[None, :])

@@ -15,11 +15,11 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return the reason why proofs do not apply to a problem; an empty string if they apply."""
+    """Return why a proof is not possible for a problem; an empty string if it is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
-        return "dilatancy depends on stress, but proofs need a constant one: omit 'dilatancy_stress'"
+        return "proofs need constant dilatancy, but here dilatancy depends on stress: omit 'dilatancy_stress'"
     if (problem.dilatancy > problem.friction).any():
         return "the dilatancy of a joint exceeds its friction, so that sliding would create energy"
     return ""
@@ -31,8 +31,8 @@ class LeastProof:
     Attributes
     ----------
     best: exact state with the lowest load factor, known before or found by the search.
-    proof: the proof that no state is lower; None if there is none so far.
-    why: reason why there is no proof; empty if there is one, or if the search may still end with one.
+    proof: the proof that no state has a lower load factor; None as long as there is no proof.
+    why: reason why no proof was found; empty if a proof was found, or if the search can be continued.
     """
 
     def __init__(
@@ -64,8 +64,8 @@ class LeastProof:
     def run(self, seconds: float, programs: int) -> bool:
         """Search within limits of time and of linear programs, and return True if the search has ended.
 
-        The end is a proof, or a reason for which there is none. A search without an end goes on with all its
-        clauses when it is run again.
+        The search ends with a proof, or with the reason why there is no proof. A search that has not ended
+        can be run again; it then continues with all learned clauses.
         """
         if not self.is_open:
             return True
@@ -93,21 +93,21 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor below which states are searched for; None without a known state or bound."""
+    """Return the load factor below which states are searched for; None if no state or bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
         return None
-    # The interval that the search examines includes a state at the upper bound itself.
+    # The search starts a little above the upper bound, so that it also finds a state at the bound itself.
     return upper + 2 * settings.gap * max(upper, SMALLEST)
 
 
 def _without_range(start: float | None) -> str:
-    """Return the reason why a search below a load factor is impossible; empty if it is possible."""
+    """Return why a search below a load factor is impossible; an empty string if it is possible."""
     if start is None:
-        return "neither an exact state nor an upper bound is known"
+        return "neither an exact state nor an upper bound is known, below which to search"
     if start <= ZERO:
-        return "the lowest load factor known is zero or less"
+        return "the lowest known load factor is zero or less, so a proof can exclude no lower λ"
     return ""
 
 
@@ -118,18 +118,19 @@ def prove_least(
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
 ) -> LeastProof:
-    """Search for states with 0 ≤ λ below the lowest known λ, and prove that no further state exists.
+    """Search for states with λ from zero to the lowest known λ, and prove that no further state exists.
 
     Parameters
     ----------
     task: the problem. Its effort counts the linear programs.
     known: the lowest exact state known; None if none is known.
     seconds: time limit of the search.
-    upper: load factor that no state exceeds, such as the associative one; needed without a known state.
+    upper: load factor that no state exceeds, such as the associative load factor; used if ``known`` is None.
     settings: settings of the search.
     """
     attempt = LeastProof(task, known, upper, settings)
     if not attempt.run(seconds, settings.most_programs):
-        limits = f"{seconds:g} s or {settings.most_programs} linear programs"
-        attempt.why = f"the search did not end within {limits}"
+        attempt.why = (
+            f"the search did not end within {seconds:g} s or {settings.most_programs} linear programs"
+        )
     return attempt

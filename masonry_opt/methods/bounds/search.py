@@ -1,9 +1,9 @@
 """Conflict-driven search for a lower collapse state, by a SAT solver and two linear programs.
 
 The search follows DPLL(T), as in SMT solvers: CaDiCaL assigns the Boolean variables of the yield conditions,
-and after each propagation the two programs examine the partial assignment. Where one of them is infeasible,
-its Farkas multipliers name a few conditions to blame. Deletion makes the set minimal, and its clause is
-learned.
+and after each propagation the two programs examine the partial assignment. If a program is infeasible, its
+Farkas multipliers name a few conditions that contradict each other. Conditions are deleted from this set
+until it is minimal, and the SAT solver learns a clause that excludes the set.
 """
 
 import time
@@ -36,19 +36,20 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 class ConflictSearchTimeout(Exception):
-    """The time or the number of linear programs of the search is over."""
+    """Error: the search has used up its time or its number of linear programs."""
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
-    """Search for states below the lowest known λ, until the conflicts found exclude all of them.
+    """Search for states below the lowest known λ, until the learned conflicts exclude all of them.
 
-    Methods without an underscore, but for ``run``, are the interface that CaDiCaL calls (IPASIR-UP).
+    CaDiCaL calls the methods from ``on_assignment`` to ``decide`` (interface IPASIR-UP).
     """
 
     def __init__(self, task: Task, known: float, settings: ProofSettings) -> None:
         super().__init__()
         self._task, self._problem, self._settings = task, task.problem, settings
-        #: Time, and number of programs, at which the search stops. A stopped search can be continued.
+        #: Time at which the search stops, and number of programs after which it stops. A stopped search can
+        #: be continued.
         self._ends, self._most_programs = inf, settings.most_programs
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
@@ -63,12 +64,12 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._statics.set_highest(self.highest / self._scaled.load_factor)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
-        #: Value of each yield condition, shape (faces,): 1 if it moves, −1 if it is at rest, 0 if not
-        #: assigned.
+        #: Value that the SAT solver has assigned to each yield condition, shape (faces,): 1 if the face
+        #: moves, −1 if it is at rest, 0 if no value is assigned.
         self._values = np.zeros(task.problem.faces, dtype=int)
-        self._trail: list[int] = []  # conditions in the order of their assignment
+        self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
-        self._clause: list[int] | None = None  # learned clause that was not yet passed to the SAT solver
+        self._clause: list[int] | None = None  # learned clause that the SAT solver has not yet received
         self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
         # Rates and velocities of the last feasible mechanism.
         self._motion: tuple[np.ndarray, np.ndarray] | None = None
@@ -78,9 +79,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def run(self, ends: float, more: int) -> None:
         """Search until no assignment of values to the yield conditions satisfies all clauses.
 
-        The search stops at a time of ``time.perf_counter``, or after a number of ``more`` linear programs. It
-        goes on with its clauses when it is run again. Raise ConflictSearchTimeout if it stops, and Undecided
-        if the programs leave an assignment undecided.
+        The search stops when ``time.perf_counter`` reaches ``ends``, or after ``more`` linear programs, and
+        then raises ConflictSearchTimeout. A further call continues the search with its learned clauses.
+        Raise Undecided if the programs leave an assignment undecided.
         """
         self._ends, self._most_programs = ends, min(self._settings.most_programs, self.programs + more)
         self._stopped = self._clause = None
@@ -100,23 +101,24 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         if self._stopped is not None:
             raise self._stopped
         if satisfiable is not False:
-            raise Undecided("the SAT solver found an assignment that no program refuted")
+            raise Undecided("the linear programs could not refute a combination of moving joints")
 
     @cached_property
     def _refiner(self) -> Refiner:
         return refiner_of(self._task)
 
     def lower_to(self, load_factor: float) -> None:
-        """Search only below a load factor that another search has found, if it is the lowest one known.
+        """Restrict the search to load factors below a state that another search has found.
 
-        Raise Undecided if nothing is left to exclude. Conflicts stay valid for every lower load factor.
+        Conflicts remain valid for every lower load factor. Raise Undecided if the load factor is zero, so
+        that no range remains to be searched.
         """
         if load_factor >= self.known:
             return
         self.known = load_factor
         self.highest = bound_below(load_factor, self._settings)
         if self.highest <= 0:
-            raise Undecided("a collapse state with load factor zero exists, so that nothing can be excluded")
+            raise Undecided("a collapse state at λ = 0 exists, so a proof can exclude no lower λ")
         for theory in (self._statics, self._kinematics):
             theory.set_highest(self.highest / self._scaled.load_factor)
         self._slacks = self._motion = None
@@ -127,7 +129,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._effort.lp_solves - self._solved_before
 
     def proof(self) -> Proof:
-        """Return the proof of a search that has run to its end."""
+        """Return the proof; call this method only after a search that has run to its end."""
         return Proof(
             bound=self.highest,
             load_factor=self.known,
@@ -138,7 +140,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         )
 
     def on_assignment(self, lit: int, fixed: bool = False) -> None:
-        """Record the value of a condition."""
+        """Record the value that the SAT solver assigns to a yield condition."""
         condition = abs(lit) - 1
         if self._values[condition] == 0:
             self._trail.append(condition)
@@ -146,11 +148,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._examined = False
 
     def on_new_level(self) -> None:
-        """Record a decision."""
+        """Record that the SAT solver makes a decision, which opens a new level."""
         self._levels.append(len(self._trail))
 
     def on_backtrack(self, to: int) -> None:
-        """Remove the values that were assigned after a decision level."""
+        """Remove the values that were assigned above the decision level ``to``."""
         if to < len(self._levels):
             first = self._levels[to]
             self._values[self._trail[first:]] = 0
@@ -158,7 +160,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Examine the partial assignment. The list is empty, because conflicts are passed on as clauses."""
+        """Examine the partial assignment, and return an empty list, because no values are propagated."""
         self._guarded(self._examine)
         return []
 
@@ -167,7 +169,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return []
 
     def check_model(self, model: list[int]) -> bool:
-        """Examine a complete assignment, and return True if the search must end there undecided."""
+        """Examine a complete assignment; return True if no conflict excludes it, which ends the search."""
         values = np.sign(np.array(model[: self._problem.faces]))
         self._values[:] = values
         self._examined = False
@@ -175,18 +177,18 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._clause is None
 
     def has_clause(self) -> bool:
-        """Return True if a clause waits to be passed to the SAT solver."""
+        """Return True if there is a clause that the SAT solver has not yet received."""
         return self._clause is not None
 
     def add_clause(self) -> list[int]:
-        """Return the waiting clause to the SAT solver. An empty clause ends the search."""
+        """Pass the learned clause to the SAT solver. An empty clause ends the search."""
         clause, self._clause = self._clause, None
         return clause or []
 
     def decide(self) -> int:
-        """Decide that the unassigned condition with the largest product z p moves, and return its variable.
+        """Decide that the unassigned face with the largest product z p moves, and return its variable.
 
-        Zero leaves the decision to the SAT solver.
+        If the method returns zero, the SAT solver makes the decision.
         """
         self._decisions += 1
         if self._slacks is None or self._motion is None or self._decisions % self._settings.decide_every:
@@ -196,7 +198,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action in a call from the SAT solver. After an exception an empty clause ends the search."""
+        """Run an action; if it raises an exception, store the exception and end the search.
+
+        Exceptions cannot pass through the SAT solver. An empty clause ends it, and ``run`` then raises the
+        stored exception.
+        """
         if self._stopped is not None or self._examined or self._clause is not None:
             return
         try:
@@ -229,8 +235,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
         """Restrict a program; if it is infeasible, learn a minimal conflict and return True.
 
-        Return True without a conflict if HiGHS or the matrices do not confirm the refutation: the assignment
-        stays, and more values may bring a conflict that they confirm.
+        Return True without a conflict if HiGHS or the matrices do not confirm the refutation. The assignment
+        then remains, and a conflict may be confirmed after more values are assigned.
         """
         try:
             found = theory.refutes(conditions)
@@ -238,8 +244,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             return True
         if found is None:
             return False
-        # The newest conditions are released first, because a clause of older conditions takes back more
-        # decisions.
+        # Conditions are released from the last assigned to the first, because a clause of conditions that
+        # were assigned early lets the SAT solver revoke more decisions.
         refutations = [found]
         for condition in [one for one in reversed(self._trail) if found.blamed[one]]:
             if refutations[-1].blamed[condition]:
@@ -252,9 +258,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Check refutations with the matrices, and store the clause of the last one that passes.
+        """Store the conflict and the clause of the last refutation that a check with the matrices confirms.
 
-        Nothing is stored if none passes.
+        Nothing is stored if the check confirms no refutation.
         """
         for found in reversed(refutations):
             conflict = theory.conflict(found, self._problem, self.highest)
@@ -264,10 +270,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Store an exact state of lower λ if the last mechanism leads to one, and return True then.
+        """Look for an exact state of lower λ near the last mechanism; if there is one, store it, return True.
 
-        Raise Undecided if only blocks without load move in the state: it is no answer, and no proof excludes
-        it.
+        Raise Undecided if only blocks without load move in the state: such a state is not an answer, but its
+        existence prevents a proof.
         """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
@@ -280,10 +286,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the exact state of lowest λ near the last forces and a mechanism; None if none lowers λ.
+        """Return the exact state of lowest λ near the last forces and a mechanism, or None.
 
-        Three states are examined: the last forces, the forces of least λ that hold the mechanism at yield,
-        and the state to which the two programs of exact states lead from there.
+        Three sets of forces are examined: the last forces, the forces of least λ for which the moving faces
+        of the mechanism are at yield, and the forces that the search for exact states finds from there. The
+        result is None if no state has a lower λ than the lowest known state.
         """
         points = [self._statics.point()]
         least = self._statics.least(rates > self._settings.zero)
@@ -296,16 +303,17 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
-        """Return an answer with certificate, from λ and forces (3c + t,) in scaled units and velocities."""
+        """Return an answer with certificate from velocities, and from λ and forces in scaled units."""
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
     def _is_lower(self, one: Answer) -> bool:
         return one.load_factor >= -ZERO and is_lower(one.load_factor, self.known) and one.exact
 
     def _energy(self) -> np.ndarray:
-        """Return the least energy e of each condition, in scaled units, shape (faces,).
+        """Return the least energy that each face dissipates per unit of its rate, shape (faces,).
 
-        A sliding condition that cannot be at yield becomes a conflict of its own.
+        The energies are in scaled units. If a sliding condition cannot be at yield, a conflict that consists
+        of this condition alone is stored.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()
@@ -320,10 +328,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return a proof that a linear program with the given conditions (faces,) held is infeasible, or None.
+    """Return multipliers that prove a restricted linear program infeasible, or None.
 
-    Forces hold a condition at yield, and mechanisms hold a condition at rest. None means that the program is
-    feasible, or that HiGHS decides nothing.
+    The given conditions, shape (faces,), are at yield in the program of forces, and at rest in the program of
+    mechanisms. None is returned if the program is feasible or if HiGHS does not decide.
     """
     try:
         return theory.refutes(conditions)

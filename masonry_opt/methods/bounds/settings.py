@@ -7,23 +7,23 @@ from masonry_opt.problem.problem import Problem
 
 @dataclass(frozen=True)
 class ProofSettings:
-    """Settings of the search for conflicts. No setting affects the validity of a conflict."""
+    """Settings of the proof by conflict learning. No setting affects the validity of a conflict."""
 
-    #: Gap between the best load factor known and the bound, relative to the load factor. With a smaller gap
-    #: the energies of conflicts come nearer to the rounding errors of their multipliers.
+    #: Gap between the lowest known load factor and the proven bound, relative to the load factor. With a
+    #: smaller gap, the energies that prove a conflict approach the rounding errors of its multipliers.
     gap: float = 5e-7
 
-    #: Slack below which a condition counts as at yield, and rate below which it counts as at rest. A larger
-    #: value saves linear programs, but more assignments must be refuted later.
+    #: Slack below which a face counts as at yield, and rate below which it counts as at rest. A larger value
+    #: saves linear programs, but more assignments must be refuted later.
     zero: float = 1e-9
 
-    #: Forces and mechanism are tried as a state if no product z_i p_i exceeds this value, in units of the
-    #: load. With a larger value more linear programs are solved in vain. A complete assignment is always
-    #: tried.
+    #: A collapse state is looked for near forces and a mechanism if no product z_i p_i exceeds this value, in
+    #: units of the load. With a larger value more of these attempts fail. If all conditions are assigned, an
+    #: attempt is always made.
     energy: float = 1e-7
 
-    #: Multipliers below this share of the largest multiplier count as rounding. With a larger share conflicts
-    #: are shorter, and more conflicts are invalid.
+    #: Multipliers below this share of the largest multiplier count as rounding errors. With a larger share
+    #: conflicts involve fewer conditions, but more conflicts are invalid.
     rounding: float = 1e-9
 
     #: Distance of a lower bound of friction energy below the optimum of its linear program, relative to the
@@ -34,12 +34,13 @@ class ProofSettings:
     #: scenes of 30 joints. Unlike a time limit, this limit ends a search at the same point on every machine.
     most_programs: int = 10_000_000
 
-    #: Time limit of a linear program in seconds, because HiGHS may run for ever. A stopped program decides
-    #: nothing, so that with a shorter limit more assignments remain undecided.
+    #: Time limit of a linear program in seconds. Without a limit HiGHS may never end. With a shorter limit
+    #: more programs are stopped, and more assignments remain undecided.
     longest_program: float = 5.0
 
-    #: The search makes every n-th decision by the largest energy z_i p_i; the SAT solver makes all other
-    #: decisions. With 1, 2 and 3, times differed by less than 20 % on 6 scenes of 14 to 20 joints.
+    #: The search makes every n-th decision itself, for the face with the largest energy z_i p_i. The SAT
+    #: solver makes all other decisions. With 1, 2 and 3, times differed by less than 20 % on 6 scenes of 14
+    #: to 20 joints.
     decide_every: int = 2
 
 
@@ -49,9 +50,9 @@ SETTINGS = ProofSettings()
 
 @dataclass(frozen=True)
 class ProofBudget:
-    """Budget, in linear programs, of the proof that method "coulomb" tries by default.
+    """Number of linear programs for the proof that method "coulomb" tries by default.
 
-    A number of programs, unlike a time, ends the search in the same way on every machine.
+    Unlike a time limit, a number of programs ends the search at the same point on every machine.
     ``benchmarks/README.md`` has the measurements.
     """
 
@@ -80,16 +81,17 @@ class ProofBudget:
     #: history are missed; with a very large multiple rounding errors leave more searches undecided.
     load_range: float = 10.0
 
-    #: With option ``search`` the search for lower load factors and the proof alternate: this is the number of
-    #: linear programs of the first period, and each later period is twice as long. With a smaller number a
-    #: proof comes sooner, but more work is repeated.
+    #: With option ``search`` the search for lower load factors and the proof alternate. This is the number of
+    #: linear programs of the first period; each later period is twice as long. With a smaller number a proof
+    #: may be found earlier, but more work is repeated.
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:
         """Return True if method "coulomb" tries a proof for a problem.
 
-        No proof is needed if equilibrium alone fixes all forces, or if the flow rule is associative. None is
-        tried for scenes that stand on forces that are given, in space, and with many joints.
+        No proof is needed if equilibrium alone fixes all forces, or if the flow rule is associative. No proof
+        is tried for scenes in space, for scenes with many joints or with dilatancy that depends on stress,
+        and if the forces at rest are prescribed.
         """
         if problem.layout.round or problem.joints > self.most_joints or problem.settled is not None:
             return False

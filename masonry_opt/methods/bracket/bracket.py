@@ -26,11 +26,11 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which a bracket seldom closes, so that a search for lower states comes first. The
-#: search lowers the upper end of the bracket, and thus the limits of the forces.
+#: Number of joints above which a bracket seldom closes. On larger scenes a search for lower states comes
+#: first. The search lowers the upper end of the bracket, and thus the limits of the forces.
 _MANY_JOINTS = 60
 
-#: Share of the time limit for this search.
+#: Share of the time limit for the search for lower states on scenes with many joints.
 _SEARCHING = 0.05
 
 
@@ -60,7 +60,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # With this kind, the status alone does not state that the scene carries any load.
+        # The kind is that of a Coulomb answer, because unlimited load under associative flow does not prove
+        # that the scene carries any load with Coulomb friction.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -69,11 +70,11 @@ def global_search(task: Task) -> Solution:
     if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
     if start.proof is not None:
-        # It is proven without assumptions that no state has a lower load factor, so programs of products are
-        # not needed.
+        # The default method has proven that no state has a lower load factor, so that the programs of
+        # products are not needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
-    # If dilatancy locks the associative flow, an exact state bounds λ instead.
+    # If associative flow locks the joints, the load factor of an exact state is the only upper bound.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]
     if upper_bounds == [None, None]:
         return upper
@@ -85,7 +86,8 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # The programs divide the time among them, and each has at least one second.
+        # The time limit is not enforced here, because the method itself divides it among the programs. Each
+        # program has at least one second.
         with unlimited():
             solution = _raised(task, solution, rising, began)
     solution = _concluded(problem, solution, rising.of, options)
@@ -94,26 +96,27 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds, with an optional search of given seconds.
+    """Return the lowest state that the default method finds within the time limit of the bracket.
 
-    The time limit of the bracket ends the default method with its lowest state so far. Without a state by
-    then the solution has no answer.
+    ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
+    far is returned, or a solution without an answer if no state is known.
     """
     left = max(began + task.options.time_limit - time.perf_counter(), 0.0)
     try:
         with limited(left):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
-            # Forces of a scene that falls under its dead load from rest may also lead to an exact state.
+            # Without a search, look near the forces of the solution, because the forces of a scene that is
+            # unstable under its dead load may also lead to an exact state.
             return start if search is not None else search_lower(task, start, SearchLimits())
     except TimeLimitReached as stop:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """Raise the lower bound of a solution by programs of products until time is up; return the solution.
+    """Raise the lower bound of a solution by relaxations with more and more products until time is over.
 
-    On scenes with few joints, the forces of the programs are starts for lower states.
+    On scenes with few joints, lower exact states are also looked for near the forces of the programs.
     """
     problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
     for step, size, forces in rising.programs(ends, began):

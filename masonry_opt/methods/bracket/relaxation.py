@@ -1,7 +1,8 @@
 """Compute lower bounds of λ from products of statics and kinematics.
 
-The bounds rise by programs of more and more products, near products first. The largest forces and rates of
-all states with λ in an interval are computed too: they limit the products.
+A sequence of programs raises the bound. Each program has more products than the last one, and products of
+forces and rates that are close to each other are added first. The largest forces and rates of all states with
+λ in an interval are computed too, because they limit the products.
 """
 
 import time
@@ -27,27 +28,29 @@ from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 #: Largest force that is assumed if statics set no limit, relative to the sum of all loads.
 _TIMES_LOADS = 10.0
 
-#: Size of rates and velocities above which a mechanism does not count: an infeasibility proof that excludes
-#: all smaller ones is accepted.
+#: Largest rates and velocities of a mechanism that are considered. An infeasibility proof is accepted if it
+#: excludes all mechanisms whose rates and velocities are smaller.
 _LARGEST_MOTION = 1e9
 
 #: Tolerance of the interior point methods.
 _TOLERANCE = 1e-7
 
-#: Number of rows up to which HiGHS's older interior point method is tried first. There it is two to three
-#: times as fast as HiPO, and nearer the optimum. With more rows it mostly ends without multipliers.
+#: Number of rows up to which the older interior-point method of HiGHS is tried first. Up to this number it is
+#: two to three times as fast as HiPO, and closer to the optimum. With more rows it mostly ends without
+#: multipliers.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, relative to the relative gap of λ. If smaller, half of the iterations improve only the
-#: last hundredth of a bound. More products, as the next program has, improve it by half as much again.
+#: Tolerance of HiPO, relative to the relative gap of λ. With a smaller tolerance, half of the iterations
+#: improve only the last hundredth of a bound. The next program, with more products, improves the bound by
+#: half as much again.
 _COARSE = 0.05
 
-#: Largest velocity for the solver if no bound exists, in units of the live load's mean velocity. With free
-#: columns HiGHS's solver HiPO stalls or fails, and its older interior-point method fails on a few scenes. The
-#: proof does not use this number.
+#: Bound of velocities that is passed to the solver if the program has no bound, in units of the live load's
+#: mean velocity. With unbounded columns HiPO stalls or fails, and the older interior-point method of HiGHS
+#: fails on a few scenes. The proof does not use this number.
 _FASTEST = 20.0
 
-#: Rate or velocity below which nothing moves.
+#: Rate or velocity below which a face or a block counts as at rest.
 _NEGLIGIBLE_MOTION = 1e-3
 
 #: Largest number of iterations of a program, if its time is not limited.
@@ -56,32 +59,34 @@ _MOST_PROGRAM_ITERATIONS = 500
 #: Least time limit of a program, in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the factors of products: of forces and rates, and of forces and
-#: velocities. The next pair follows if the last one leaves a gap, and if time is left.
+#: Largest distances, in blocks, between the two factors of a product. In each entry, the first number is for
+#: products of forces and rates, the second for products of forces and velocities. The next entry is used if
+#: the gap is still open and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
-#: Distance of the largest λ of the programs from the best known λ, relative to it. If zero, programs would
-#: have no interior.
+#: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin the
+#: programs would have no interior.
 _LOAD_FACTOR_MARGIN = 1e-4
 
-#: Share of the gap above which a program that closes it is repeated with the tighter limits of forces that
-#: follow. Otherwise a program of more products follows, which takes three to ten times as long.
+#: If a program closes more than this share of the gap, it is solved again with the tighter limits of forces
+#: that follow from its bound. Otherwise a program with more products follows, which takes three to ten times
+#: as long.
 _WORTH_REPEATING = 0.5
 
-#: Largest number of products in a program. If larger, programs need more memory.
+#: Largest number of products in a program. With a larger number programs need more memory.
 _MOST_PRODUCTS = 400_000
 
 #: Least sum of rates that is assumed if kinematics set no limit, in units of the live load's mean velocity.
 _LEAST_RATES = 100.0
 
-#: Largest sum of rates that is assumed, relative to the sum in the known state. On walls the sum in the known
-#: state is 30 to 140.
+#: Sum of rates that is assumed if kinematics set no limit, relative to the sum in the lowest known state. On
+#: walls the sum in the known state is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Largest forces and rates of all states with λ from ``lowest`` to the largest λ of the programs."""
+    """Upper bounds of the forces and rates of all collapse states with λ in an interval."""
 
     lowest: float  #: lower limit of the load factors of the states
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
@@ -104,12 +109,12 @@ class StateBounds:
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
     """Return bounds on the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
 
-    The forces are the largest that statics allow. The rates are the largest that kinematics allow each face,
-    if raising the blocks takes at most the work of the live load. For the rate of sliding in one sense, the
-    other sense is at rest.
+    The forces are the largest that statics allow. The rates are the largest that kinematics allow for each
+    face, if raising the blocks takes at most the work of the live load. When the rate of sliding in one sense
+    is maximised, the rate in the other sense is zero.
 
-    This excludes no state if dilatancy is not negative: a joint at yield in both senses carries nothing, and
-    may open instead. A joint without friction and cohesion must not dilate.
+    With this restriction no state is excluded if dilatancy is not negative: a joint at yield in both senses
+    carries no force, and may open instead. A joint without friction and cohesion must not dilate.
 
     ``assumed_rates`` is the sum of rates that is used if kinematics set no limit.
     """
@@ -124,13 +129,14 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds on all states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds its value in ``of``.
+    """Return bounds for all states with ``lowest`` ≤ λ ≤ ``highest`` that do not exceed those in ``of``.
 
-    The higher λ is, the less self-stress is possible.
+    The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
+    higher λ.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # Bounds that are derived for more states are better than assumed bounds.
+        # Keep the earlier bounds: bounds derived for more states are better than assumed bounds.
         return replace(of, lowest=lowest)
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
@@ -152,7 +158,7 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # Every force is at most ``share`` times 1 + the sum of the targets.
+    # Every force is at most ``share`` times (1 + the sum of the targets).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -220,13 +226,13 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:
-    """Return M with d = M p for all velocities d and rates p that kinematics allow, shape (3b, faces)."""
+    """Return the matrix M with d = M p for all admissible velocities and rates, shape (3b, faces)."""
     return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
 
 
 @dataclass(frozen=True)
 class BoundStep:
-    """Record of one program in which products of forces and rates are variables."""
+    """Record of one linear relaxation, in which products of forces and rates are variables."""
 
     #: Lower bound of λ that the multipliers prove, for states whose rates are below the assumed limit.
     bound: float
@@ -255,21 +261,21 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Return a lower bound of λ, joint forces from which a search can start, and the size of the program.
+    """Solve a relaxation; return a lower bound of λ, forces from which a search can start, and its size.
 
-    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. The
-    multipliers prove it that the solver has after a number of ``seconds``. The forces have shape (3c,).
+    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
+    follows from the multipliers that the solver reaches within ``seconds``. The forces have shape (3c,).
     """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    # Each variable is a product. These are the column of each product and the indices of its two factors.
+    # Each variable is a product. Collect the column of each product and the indices of its two factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # Limits of the columns for the solver. Rotations are divided by 2, the usual length of a joint.
+    # Set bounds of the columns for the solver. Bounds of rotations are divided by 2, the usual joint length.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
@@ -288,17 +294,18 @@ def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
     """
     problem, factors, start = model.problem, model.factors, model.factors.velocities.start
     by_rates = np.abs(velocities_by_rates(problem)).T @ shortfall[start:]
-    # in_edges doubles rocking rates into openings, so the shortfall for a unit of opening is halved twice.
+    # A rocking rate is half an edge opening, so its shortfall per unit of opening is half as large. It is
+    # halved again because in_edges multiplies the entries of rocking rates by 2.
     by_rates[problem.table.rocks] /= 4
     return float((shortfall[:start] + factors.in_edges(by_rates)).max())
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Return joint forces at the values of the products, each of shape (3c,).
+    """Extract joint forces, each of shape (3c,), from the values of the products.
 
-    The first forces are those without a factor. For each rate and velocity that is not zero follow the forces
-    of the products with it, divided by it. These may belong to different states, and the first forces lie
-    between them.
+    The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
+    that is not zero, a further array has the products of the forces with it, divided by it. The further
+    arrays may belong to different states, and the first array is between them.
     """
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     one, unit = factors.one, factors.unit
@@ -316,7 +323,7 @@ def _solved(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the solver's point, shape (columns,), and multipliers, shape (rows,), within a time limit.
 
-    Both are zero if no solver ends with finite numbers.
+    Both arrays are zero if no solver ends with finite numbers.
     """
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
@@ -330,8 +337,8 @@ def _solved(
         left = ends - time.perf_counter()
         if left < LEAST_TIME and multipliers.any():
             break
-        # A presolved program that runs out of time would have no multipliers of the program itself. With the
-        # augmented system, which HiPO may choose, HiPO stalls.
+        # Presolve is off, because a presolved program that reaches the time limit has no multipliers of the
+        # original program. HiPO must use the normal equations, because it stalls with the augmented system.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
             "presolve": "off",
@@ -352,25 +359,27 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ, which is raised by a sequence of programs with more and more products."""
+    """Lower bound of λ that a sequence of programs with more and more products raises."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: lowest known load factor, λ > 0; callers replace it when they find a lower one
+        self.best = best  #: lowest known load factor, λ > 0; callers replace it by a lower one
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Limits of forces and rates of all states with λ up to the best known λ; some limits may be assumed.
+        #: Limits of forces and rates of all states up to the lowest known λ; some limits may be assumed.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve programs of more and more products; yield the record, size and joint forces of each.
+        """Solve programs with more and more products; yield record, size and joint forces of each program.
 
-        The programs end if the bracket is closed, or if time is up. The forces, each of shape (3c,), may lead
-        to states lower than the best. Each program takes only states above the last bound. The limits of
-        their forces are smaller, so that equally many products prove more. A program is repeated with these
-        limits while this closes a large share of the gap.
+        The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
+        (3c,), may lead to states with a lower λ than the lowest known state.
+
+        Each program includes only states above the last bound. Their forces have smaller limits, so that the
+        same number of products proves a higher bound. A program is therefore repeated as long as a repetition
+        closes a large share of the gap.
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
@@ -397,14 +406,15 @@ class Rising:
 
 
 def a_little_above(best: float) -> float:
-    """Return the largest load factor of the programs, a little above the best known load factor."""
+    """Return the largest load factor of the programs, a little above the lowest known load factor."""
     return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
     """Return the sum of slips and edge openings that is assumed if kinematics set no limit.
 
-    It depends on the velocities d of the lowest state, shape (3b,), if one is known.
+    The sum is proportional to the sum in the lowest state, whose velocities d have shape (3b,), and has a
+    minimum. ``d`` is None if no state is known.
     """
     return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
 
@@ -415,5 +425,5 @@ def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
 
 
 def closed(bound: float, load_factor: float) -> bool:
-    """Return True if a bracket from a lower bound to a load factor is closed."""
+    """Return True if a lower bound equals a load factor, up to the relative difference ``CLOSED``."""
     return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)

@@ -1,8 +1,8 @@
 """Method "coulomb", the default: a list of steps that look for the lowest exact collapse state.
 
-The steps run in the order of ``STEPS``. Each runs if it applies to what the steps before it found, and leaves
-a record with its result and its time in the log of the solution. See :mod:`~.coulomb.steps`. With the option
-``search`` the method goes on to look for lower states (:mod:`~.coulomb.search`).
+The steps run in the order of ``STEPS``. Depending on the results so far, a step may be skipped. The log of
+the solution records the result and the time of each step. See :mod:`~.coulomb.steps`. With the option
+``search`` the method then looks for lower states (:mod:`~.coulomb.search`).
 """
 
 import time
@@ -42,7 +42,7 @@ STEPS: tuple[CoulombStep, ...] = (
     Loop(),
 )
 
-_SEARCH = "search for lower states"  #: Name of the search in the log.
+_SEARCH = "search for lower states"  #: Name of the search in the log of the solution.
 
 
 class CoulombOptions(Options):
@@ -50,16 +50,17 @@ class CoulombOptions(Options):
 
     Attributes
     ----------
-    descent: True to look for lower states, in the plane on scenes of up to 500 joints. On small scenes in the
-        plane, and in space, further starts are tried too. If False, the first exact state is the answer.
-    search: time, in seconds, for which lower states are looked for after that: from other starts and around
-        the lowest state so far. On small scenes in the plane the search takes turns with the search for a
-        proof, and ends if no state is lower.
-    until: load factor at or below which the search ends before its time.
-    seed: seed of the random numbers of the search. One seed leads to the same states in the same order; the
-        time decides how many of them are reached.
-    start: a result of the same scene to go on from, in place of all steps before the search. Without
-        ``search`` only the exact state near its forces is looked for.
+    descent: True to look for states with a lower load factor, in the plane on scenes of up to 500 joints. On
+        small scenes in the plane, and in space, further starts are tried too. If False, the first exact state
+        is the answer.
+    search: time in seconds of a further search for lower states, from other starts and near the lowest state
+        so far. On small scenes in the plane the search alternates with the search for a proof, and ends when
+        a proof shows that no state is lower.
+    until: load factor at or below which the search ends early.
+    seed: seed of the random numbers of the search. One seed always leads to the same states in the same
+        order; the time determines how many of them are reached.
+    start: result of the same scene from which the method starts, instead of the steps before the search. If
+        ``search`` is None, only the exact state near its forces is looked for.
     settings: numbers that control the search for exact states, as
         :class:`~masonry_opt.methods.exact.settings.SearchSettings`.
     budget: numbers that limit the proof that no state is lower, as
@@ -77,34 +78,40 @@ class CoulombOptions(Options):
     @model_validator(mode="after")
     def _ends_a_search(self) -> "CoulombOptions":
         if self.until is not None and self.search is None:
-            raise ValueError("'until' ends a search early: also give 'search', its longest time in seconds")
+            raise ValueError("'until' ends a search early: also set 'search', its longest time in seconds")
         return self
 
     @field_validator("start", mode="before")
     @classmethod
     def _is_a_result(cls, start: Any) -> Any:
         if isinstance(start, str):
-            raise ValueError(f"must be a result, such as mo.solve(scene, method='{start}') returns")
+            raise ValueError(f"must be a result, such as the value of mo.solve(scene, method='{start}')")
         return start
 
 
 def coulomb(task: Task) -> Solution:
     """Return the exact collapse state with the lowest load factor that the default method finds.
 
-    The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
-    with stress, and scenes that stand from rest on which no exact state is found.
+    The paper's loop of linear programs solves the scene instead in three cases:
+
+    - the scene has more than 3000 joints (in space: contact points);
+    - dilatancy falls with stress;
+    - the scene is stable under its dead load, but no exact state is found.
 
     Raises
     ------
     OptionError
-        If a search is asked for where dilatancy falls with stress, or ``start`` is of another scene.
+        If the option ``search`` or ``start`` is used although dilatancy falls with stress, or if ``start`` is
+        a result of another scene.
     """
     options = task.options or CoulombOptions()
     searches = options.search is not None or options.start is not None
     if searches and task.problem.dilatancy_depends_on_stress:
         name = "start" if options.search is None else "search"
-        falls = "does not support dilatancy that falls with stress"
-        raise OptionError(f"option '{name}' {falls}: omit the option, or omit 'dilatancy_stress'")
+        raise OptionError(
+            f"option '{name}' does not support dilatancy that falls with stress: omit the option, or omit "
+            "'dilatancy_stress'"
+        )
     start = options.start
     first = _run_steps(task, options) if start is None else of_same_scene(start, task.problem)
     if not searches or first.has(Code.TIME_LIMIT):
@@ -134,7 +141,7 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
 
 
 def _run_step(step: CoulombStep, run: CoulombRun) -> None:
-    """Run a step. If the time limit ends the step and a collapse state is known, end the run with this state.
+    """Run a step. If the time limit stops it, end the run with the collapse state that is known.
 
     Raises TimeLimitReached if no collapse state is known.
     """
@@ -148,7 +155,7 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than a solution; return the lowest, with the extended log."""
+    """Search for exact states with a lower λ than a solution; return the lowest, and extend the log."""
     began = time.perf_counter()
     limits = SearchLimits(options.search, options.until, options.seed)
     found = search_lower(task, first, limits, options.settings, options.budget)

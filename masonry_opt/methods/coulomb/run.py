@@ -1,4 +1,4 @@
-"""State of a run of the default method: its load history, the exact states found, and how it ended."""
+"""Data of a run of the default method: its load history, the exact states found, and how it ended."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -29,20 +29,20 @@ if TYPE_CHECKING:
 
 
 class CoulombRun:
-    """State of one run of the default method.
+    """Data of one run of the default method, which its steps read and extend.
 
     Attributes
     ----------
-    seeks_lower: True if states with a lower load factor are searched for once an exact state is known.
+    seeks_lower: True if states with a lower load factor are looked for after an exact state is found.
     settings: settings of the search for exact states.
     budget: budget of the proof that no state is lower.
     incremental: the solution of the incremental analysis, once it is known.
-    known: what is known of a scene without an exact state: the associative load factor, proofs.
-    ended: the solution that ends the run without an exact state; None as long as steps go on.
-    stopped: the signal of the time limit that has ended the run with a state; None as long as steps go on.
+    known: solution without an exact state: it has the load history, the associative load factor and proofs.
+    ended: the solution of a run that has ended without an exact state; None before the end.
+    stopped: the time limit that has ended the run, whose answer is the lowest state; None before the end.
     seconds_before: time of a load history that was computed before the run, in seconds.
-    note: further result of the present step in words, for the log.
-    proof: the proof that no state is lower; None without a proof.
+    note: further result of the current step in words, for the log.
+    proof: the proof that no state has a lower load factor; None without a proof.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class CoulombRun:
     ) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
         self.settings, self.budget = settings, budget
-        # Studies count the programs of all their runs in one effort.
+        # A study counts the programs of all its runs in one effort, so the count at the start is subtracted.
         self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
         self.incremental: Solution | None = None
@@ -82,18 +82,18 @@ class CoulombRun:
 
     @cached_property
     def states(self) -> "LowestState":
-        """The lowest exact state so far."""
+        """Record of the exact states so far, with the lowest of them."""
         return LowestState(self.task, self.analysis, self.settings)
 
     @property
     def answer(self) -> Answer | None:
         """Exact state with the lowest load factor so far; None if no exact state was found."""
-        # Steps look for states only after a load history was computed.
+        # Steps look for exact states only after a load history was computed.
         return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the answer if the run ended now; None if the run has no answer yet."""
+        """Load factor that the run would return if it ended now; None if it has no answer yet."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -102,9 +102,10 @@ class CoulombRun:
 
     @property
     def is_only_state(self) -> bool:
-        """True if all exact states have the load factor of the answer, so that further starts are useless.
+        """True if all exact states must have the load factor of the answer.
 
-        The reason is either that equilibrium fixes all forces, or that all joints follow associative flow.
+        This is so if equilibrium fixes all forces, or if all joints follow associative flow. Further starts
+        are then useless.
         """
         answer = self.answer
         if answer is None or not answer.exact:
@@ -117,7 +118,7 @@ class CoulombRun:
         return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
-        """Return the state of lowest λ as a solution, with the numbers of starts and of states."""
+        """Return the state of lowest λ as a solution, with the numbers of starts and of states found."""
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
@@ -128,7 +129,7 @@ class CoulombRun:
 def with_proof(solution: Solution, proof: Proof | None) -> Solution:
     """Return a solution with the proof that no state has a lower load factor than its answer.
 
-    A proof for another load factor says nothing about the answer, so that the solution stays as it is.
+    The solution is returned unchanged if there is no proof, or if the proof is for another load factor.
     """
     if proof is None or solution.load_factor is None or not same(proof.load_factor, solution.load_factor):
         return solution
@@ -152,7 +153,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """State finder that alternates between programs of mechanisms and of forces, by interior points."""
+        """State finder that alternates between programs of mechanisms and of forces (interior points)."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task, self._settings)
@@ -161,15 +162,16 @@ class LowestState:
     def answer(self) -> Answer | None:
         """State with the lowest load factor found so far; None if no state was found.
 
-        States of the simplex method and of a proof come before states of the load history and of cone
-        programs.
+        States from the simplex method or from a proof have priority over states from the load history or from
+        cone programs.
         """
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
         """Store an exact state with a lower load factor that the search for a proof has found.
 
-        A state at zero is recorded, but is no answer: the scene would fall by itself.
+        A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
+        would then collapse without live load.
         """
         self.met.lowest = min(self.met.lowest, state.load_factor)
         if state.load_factor > ZERO:
@@ -180,13 +182,14 @@ class LowestState:
     def near(self, start: Answer) -> None:
         """Look for an exact state near given joint forces, by the simplex or an interior-point method.
 
-        A start that is exact already counts as a state too.
+        If the start itself is exact, it is recorded as a state too.
         """
         if self._search:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # A state that is exact with a friction polygon may not be exact with the friction cone.
+        # Certify the start again, because a state that is exact with a friction polygon may not be exact with
+        # the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -198,7 +201,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for lower states until ``starts`` successive starts have found no lower state."""
+        """Look for lower states until ``starts`` successive starts have led to no lower state."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
@@ -221,14 +224,14 @@ class LowestState:
             self._report()
 
     def _report(self) -> None:
-        """Report the load factor of the answer to the user."""
+        """Report the load factor of the answer to the user if there is an answer."""
         if self.answer is not None:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record a state's load factor if its mechanism is meaningful; return True if it may be the answer.
+        """Record the load factor of a meaningful state, and return True if the state may be the answer.
 
-        A state below zero is no answer if the forces at rest are known.
+        If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """
         if not is_meaningful(self._analysis, state.load_factor, state.d):
             return False
@@ -242,7 +245,7 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # The first load step is the dead load alone. The last load step has already served as a start.
+    # Skip the first load step, which is the dead load alone, and the last, which was already a start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 

@@ -1,4 +1,4 @@
-"""Search for lower exact states, from a solution, until a time is over or the user ends it."""
+"""Search for lower exact states, starting from a solution, until the time is over or the user stops it."""
 
 import time
 from dataclasses import dataclass, replace
@@ -32,17 +32,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LowerState:
-    """Exact state whose load factor was the lowest when the search found the state.
+    """Record of an exact state that had the lowest load factor when the search found it.
 
     Attributes
     ----------
-    load_factor: its load factor.
-    origin: start that led to the state: "start" (the state of the steps before the search, or the given
-        result), "random forces", "ties at 0.75 of their strength" (or 0.5, 0.25), load steps from other
-        "self-stress", a "fixed point", a "neighbour" of the lowest state, the search for a "proof" that λ is
-        least, or in space the forces of the "lowest state".
+    load_factor: load factor of the state.
+    origin: kind of the start that led to the state:
+
+        - "start": the state of the steps before the search, or the result that the user passed;
+        - "random forces";
+        - "ties at 0.75 of their strength" (or 0.5, 0.25);
+        - "self-stress": a load history with another self-stress;
+        - "fixed point";
+        - "neighbour": forces near those of the lowest state;
+        - "proof": the search for a proof that λ is least;
+        - "lowest state": in space, the forces of the lowest state.
     candidate: number of the start, counted from 1.
-    lp_solves: linear programs solved since the method began, in space cone programs too.
+    lp_solves: number of linear programs (in space also cone programs) since the method began.
     seconds: time since the search began.
     """
 
@@ -55,11 +61,11 @@ class LowerState:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """Limits of a search.
+    """Limits of a search for lower exact states.
 
     Attributes
     ----------
-    seconds: time after which the search ends; None to look only near the forces of the first solution.
+    seconds: time after which the search ends; None to search only near the forces of the first solution.
     until: load factor at or below which the search ends before its time.
     seed: seed of the random numbers.
     """
@@ -78,14 +84,15 @@ def search_lower(
 ) -> Solution:
     """Search from the forces of a solution and from further starts; return the exact state of lowest λ.
 
-    The search ends when its time is over, when it is proven that no state is lower, or when the user or the
-    time limit interrupts it. The first solution is returned, with a reason, if no exact state is found.
+    The search ends when its time is over, when a proof shows that no state has a lower load factor, or when
+    the user or the time limit interrupts it. If no exact state is found, the first solution is returned with
+    a reason.
     """
     if first.proven_none or (first.q is None and limits.seconds is None):
         return first
     finder: StateFinder
     if task.problem.layout.round:
-        # This module imports a modelling language, which takes seconds.
+        # The import is local, because the module imports a modelling language, which takes seconds.
         from masonry_opt.methods.exact.alternation import alternation_of
 
         finder = ConeRefiner(task.problem, task.effort, alternation_of(task, settings))
@@ -110,10 +117,11 @@ def search_lower(
 
 
 def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: ProofBudget) -> None:
-    """Try starts until a state is low enough or proven least. Raises RefinerTimeout when the time is over.
+    """Search from one start after the other until λ is low enough, or until it is proven least.
 
-    On small scenes the starts and the search for a proof take turns, which are numbers of linear programs and
-    not times: one seed then leads to the same states in the same order.
+    On small scenes the starts alternate with the search for a proof. The lengths of these periods are numbers
+    of linear programs rather than times, so that one seed always leads to the same states in the same order.
+    Raises RefinerTimeout when the time is over.
     """
     candidates = search.endless(lowest.state, limits.seed)
     until = -inf if limits.until is None else limits.until
@@ -138,12 +146,12 @@ class _Lowest:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
         self.state: ExactState | None = None
         self.stationary: bool | None = (
-            None  #: True if no mechanism that was tried lowers the state; None if not known
+            None  #: True if no mechanism that was tried lowers λ; None if this is not known
         )
         self.stop: KeyboardInterrupt | None = None  #: signal of the user or time limit that ended the search
-        self.missed = Code.NOT_FOUND  #: reason for having no state
+        self.missed = Code.NOT_FOUND  #: reason why no state was found
         self.history: list[LowerState] = []
-        self.met = StateRecord()  #: states of all candidates
+        self.met = StateRecord()  #: load factors of the states that were found from all starts
         self._attempt: LeastProof | None = None
 
     @property
@@ -152,7 +160,7 @@ class _Lowest:
         return None if self._attempt is None else self._attempt.proof
 
     def see(self, origin: str, state: ExactState | None) -> None:
-        """Store the state of a candidate if its load factor is the lowest so far."""
+        """Store the state that was found from a start if its load factor is the lowest so far."""
         if state is None or not self._is_lowest(state):
             return
         undecided = self._finder.undecided
@@ -160,11 +168,11 @@ class _Lowest:
         self._keep(origin, state)
 
     def prove(self, programs: int) -> None:
-        """Prove that no state has a lower λ, or find one, with a limited number of linear programs."""
+        """Prove with a limited number of linear programs that no state is lower, or find a lower state."""
         if self.state is None or not self.state.exact:
             return
         if self._attempt is None:
-            # This module imports the SAT solver.
+            # The import is local, because the module imports the SAT solver.
             from masonry_opt.methods.bounds.least import LeastProof
 
             self._attempt = LeastProof(self._task, self.state.answer, None)
@@ -195,7 +203,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the solution from which the search began, with the reason why no exact state was found."""
+    """Return the solution from which the search started, with the reason why no exact state was found."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -209,7 +217,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The programs restart from the first state, and may end in a state with a higher load factor.
+    # The search starts near the state of the first solution, but may end at a higher load factor. The answer
+    # of the first solution is then kept.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

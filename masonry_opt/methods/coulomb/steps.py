@@ -1,6 +1,7 @@
 """Steps of the default method.
 
-Modules that declare programs are imported where they are used: modelling languages take seconds.
+Modules that declare programs are imported inside functions, because the import of a modelling language takes
+seconds.
 """
 
 from dataclasses import dataclass, field, replace
@@ -40,9 +41,10 @@ class CoulombStep(Protocol):
 
 @dataclass(frozen=True)
 class Incremental:
-    """Raise the live load from rest until equilibrium is lost.
+    """Step that raises the live load from rest until equilibrium is lost.
 
-    Scenes whose dilatancy falls with stress, and those with too many joints, go to the loop.
+    If dilatancy falls with stress, or if the scene has too many joints, this step is skipped and the loop of
+    linear programs solves the scene.
     """
 
     settings: IncrementalSettings = field(default_factory=IncrementalSettings)
@@ -59,8 +61,8 @@ class Incremental:
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history was computed for the incremental load factor. Its solver and its load steps are
-            # counted for this method too.
+            # The load history was already computed for the incremental load factor. Count its solver and its
+            # load steps for this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -72,9 +74,10 @@ class Incremental:
 
 @dataclass(frozen=True)
 class ExactFrom:
-    """Look for an exact state near the forces of the incremental or of the associative load factor.
+    """Step that looks for an exact state near the forces of the incremental or the associative load factor.
 
-    Associative forces serve where the load history leads to no state, as where joints hardly slide.
+    The associative forces are used if the load history leads to no exact state, for example if joints hardly
+    slide.
     """
 
     start: Literal["incremental", "associative"]
@@ -85,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the forces to start from are known and, if associative, no state was found yet."""
+        """Return True if incremental forces are known, or, for an associative start, if no state is known."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -117,12 +120,12 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Look for states with a lower load factor from further starts, on small plane scenes and in space."""
+    """Step that looks for lower states from further starts, on small plane scenes and in space."""
 
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted and may exist, and the scene is small or in space."""
+        """Return True if lower states are wanted and may exist, and if the scene is small or in space."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -143,11 +146,11 @@ class FurtherStarts:
 
 @dataclass(frozen=True)
 class LeastProven:
-    """Prove on small plane scenes that no state has a lower load factor, or find such a state.
+    """Step that proves on small plane scenes that no state has a lower load factor, or finds such a state.
 
-    On scenes of few joints the proof comes before the further starts, of which fewer are then needed. Its
-    budget of linear programs suffices for most of these scenes. On larger scenes the proof follows the
-    further starts, and its budget is a share of the programs that were solved before.
+    On scenes with few joints the proof comes before the further starts, because fewer starts are needed after
+    a proof. Its budget of linear programs suffices for most of these scenes. On larger scenes the proof
+    follows the further starts, and its budget is a share of the programs that were solved before.
     """
 
     few_joints: bool
@@ -160,8 +163,8 @@ class LeastProven:
         return self.few_joints == (run.problem.joints <= run.budget.few_joints)
 
     def run(self, run: CoulombRun) -> None:
-        """Search for lower load factors until their absence is proven, or until the budget is used up."""
-        # The SAT solver takes 30 ms to import.
+        """Search for lower load factors until a proof excludes them or the budget is used up."""
+        # The import is local, because importing the SAT solver takes 30 ms.
         from masonry_opt.methods.bounds.least import LeastProof
 
         known = run.answer if run.answer is not None and run.answer.exact else None
@@ -170,7 +173,7 @@ class LeastProven:
         try:
             search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
         finally:
-            # The time limit may end the search after a lower state was found.
+            # If the time limit stops the search, a lower state that it has found is still stored.
             if search.best is not None and search.best is not known:
                 run.states.lower_to(search.best)
         if search.best is not None:
@@ -192,16 +195,18 @@ class LeastProven:
 
     @staticmethod
     def _note(search: "LeastProof", upper: float | None) -> str:
-        """Return text for the log on how the search ended."""
+        """Return a text for the log that says how the search ended."""
         if search.proof is not None:
             proven = f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
             return proven if search.best is not None else f"no state up to λ = {upper:.6g}, {proven}"
-        return f"not proven: {search.why}" if search.why else f"not proven by {search.programs} programs"
+        if search.why:
+            return f"not proven: {search.why}"
+        return f"not proven by {search.programs} linear programs"
 
 
 @dataclass(frozen=True)
 class Loop:
-    """Run the loop of linear programs if no earlier step found an exact state."""
+    """Step that runs the loop of linear programs if no earlier step found an exact state."""
 
     options: LoopOptions = field(default_factory=LoopOptions)
     name: str = "loop of linear programs"
@@ -211,15 +216,18 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run by the first of seven cases that applies.
+        """End the run with the solution of the first case that applies.
 
-        1. There is no load history: the loop's end.
-        2. Statics carry any multiple, and joints press ever harder as the load grows from rest: no collapse.
-        3. All states found lie below zero: no load factor.
-        4. The dead load is not carried from rest: unstable.
-        5. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
-        6. The load history ends in a collapse, without an exact state nearby: the load that it carries.
-        7. Neither the load history nor the loop comes to an end: no load factor.
+        1. If there is no load history, the solution is that of the loop.
+        2. If statics permit any load, and joints press ever harder as the load grows from rest, there is no
+           collapse.
+        3. If all exact states have negative load factors, there is no load factor.
+        4. If the scene is not in equilibrium under its dead load from rest, it is unstable.
+        5. If the loop finds a load factor, or if neither statics nor the loop limit the load, the solution is
+           that of the loop.
+        6. If the load history ends in a collapse without an exact state nearby, the solution is the largest
+           load of the history.
+        7. Otherwise neither the load history nor the loop decides, and there is no load factor.
         """
         if run.incremental is None:
             run.ended = self._solve(run)
@@ -248,7 +256,7 @@ class Loop:
 
 
 def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
-    """Return the solution of the loop; add a reason if the load history carries a higher load."""
+    """Return the solution of the loop, with a reason if the load history reached a higher load."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
@@ -276,6 +284,6 @@ def _end_without_loop(run: CoulombRun) -> Solution | None:
 
 def _undecided(run: CoulombRun, status: Status, looped: bool) -> Solution:
     assert run.incremental is not None
-    word = run.incremental.values_of(Code.UNDECIDED).get("word", "no exact state lies nearby")
+    word = run.incremental.values_of(Code.UNDECIDED).get("word", "there is no exact state nearby")
     steps = len(run.incremental.history)
     return run.known.ended(status, Code.UNDECIDED, word=word, steps=steps, looped=looped, searched=False)

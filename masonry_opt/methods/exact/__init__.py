@@ -1,1 +1,1 @@
-"""Exact states of Coulomb friction: the two linear programs, and the search that they make possible."""
+"""Exact states of Coulomb friction: two linear programs that find them, and the search for lower states."""

@@ -1,7 +1,7 @@
-"""Find exact states of scenes of any size by two programs in turn, solved by interior points.
+"""Find exact states of scenes of any size by two alternating programs and interior-point methods.
 
 The first program finds the mechanism that leaves least energy z·p for forces near a state. The second
-program finds forces of low λ that leave little energy for the rates of this mechanism. Interior point methods
+program finds forces of low λ that leave little energy for the rates of this mechanism. Interior-point methods
 reduce the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
 """
 
@@ -22,7 +22,7 @@ from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-_EXACT_STATE_PURPOSE = "exact state"  #: Name in a result's ``solvers`` for the programs of exact states.
+_EXACT_STATE_PURPOSE = "exact state"  #: Purpose of these programs in the ``solvers`` of a result.
 
 
 class _PlaneForces:
@@ -35,7 +35,7 @@ class _PlaneForces:
         self.statics, self.program = forces.statics, forces.program
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates of the mechanism, shape (faces,), and the factor of z·p in the cost."""
+        """Set the rates p of the mechanism, shape (faces,), and the weight of z·p in the cost."""
         self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 
@@ -56,15 +56,15 @@ class _PlaneMotion:
 class ExactPrograms:
     """The programs of forces and of mechanisms of one problem, each compiled once.
 
-    A program that is not solved to the tolerance of the first solver is tried with the next solver. Every
-    solve begins cold, so an answer does not depend on earlier solves. Forces and load factors are in the
+    A program that the first solver does not solve to its tolerance is passed to the next solver. No solve is
+    warm-started, so that an answer does not depend on earlier solves. Forces and load factors are in the
     units of the scaled problem.
     """
 
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Set the problem and the solvers. If ``nearly``, the last solver may stop near the optimum."""
+        """Set problem and solvers. With ``nearly``, a nearly optimal point of the last solver is accepted."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
@@ -108,9 +108,10 @@ class ExactPrograms:
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
 
     def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
-        """Return velocities (3b,) by the joints' flow rule with the least energy z·p for forces (3c + t,).
+        """Return the velocities (3b,) of the mechanism with the least energy z·p for forces (3c + t,).
 
-        Return None if no solver finds an optimum. ``before_each`` is called before each solve.
+        The mechanism obeys the joints' own flow rule. Return None if no solver finds an optimum.
+        ``before_each`` is called before each solve.
         """
         self._follow_dilatancy(self._problem.dilatancy_at(self._problem.normal_forces(q)))
         self._motion.set(q)
@@ -119,7 +120,7 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Discard the program of the mechanism if its dilatancy (k,), which may depend on stress, changed."""
+        """Discard the program of the mechanism if its dilatancy, shape (k,), differs from ``slope``."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
@@ -145,14 +146,14 @@ class Alternation:
         self._scaled = in_units_of_load(self._problem)
         tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-        # If forces of contact points are indeterminate, Clarabel often misses its tolerance, so points near
-        # the optimum are accepted.
+        # In space Clarabel often misses its tolerance if the forces of contact points are indeterminate, so
+        # nearly optimal points are accepted.
         self._programs = ExactPrograms(
             self._scaled, solvers, effort, _EXACT_STATE_PURPOSE, nearly=self._conic
         )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return this alternation, or a new one if the problem or the effort differs."""
+        """Return this state finder, or a new state finder if the problem or the effort differs."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort, self._settings)
 
@@ -165,9 +166,9 @@ class Alternation:
     ) -> Answer | None:
         """Return the state near forces (3c + t,), exact except for an energy z·p of up to 1e-5 λ.
 
-        The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
-        called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
-        the settings if any are given. Return None if the forces lead to no state.
+        The velocities d (3b,) are a mechanism for these forces; None if no mechanism is known.
+        ``before_each`` is called before each solve, and at the end. If ``weights`` are passed, they replace
+        the series of weights of the settings. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
         settings = self._settings
@@ -181,10 +182,10 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Return an exact state if one is found, else the last state within the limits of acceptance."""
+        """Alternate between both programs; return the last exact state, or else the last acceptable one."""
         problem, scaled = self._problem, self._scaled
-        # Forces from elastic contacts or other loads may not be in equilibrium with the present loads. The
-        # load factor with the smallest unbalanced forces is taken.
+        # The forces may not be in equilibrium with the loads, for example if they belong to elastic contacts.
+        # Start with the load factor for which the unbalanced forces are smallest.
         fitted = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
         forces: tuple[float, np.ndarray] | None = fitted / scaled.load_factor, q / scaled.force
         last: Answer | None = None
@@ -209,7 +210,7 @@ class Alternation:
 
 
 def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation:
-    """Return the alternation for a task's problem; its compiled programs are reused within the task."""
+    """Return the state finder for a task's problem; its compiled programs are reused within the task."""
     problem, effort = task.problem, task.effort
 
     def build() -> Alternation:

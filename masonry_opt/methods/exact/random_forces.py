@@ -11,28 +11,28 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-_RANDOM_FORCES_PURPOSE = "random forces"  #: Name in a result's ``solvers`` for programs of random forces.
+_RANDOM_FORCES_PURPOSE = "random forces"  #: Purpose of these programs in the ``solvers`` of a result.
 
 
 class RandomForces:
     """Generator of random joint forces that are in equilibrium and within yield at a given load factor.
 
-    A draw is a vertex of the feasible set: it minimises the sum of the slacks of a random set of yield
-    conditions. Draws below the lowest known load factor lead to states that a load history misses. In space
-    the sides of a polygon limit friction.
+    A draw is a vertex of the set of admissible forces: it minimises the sum of the slacks of a random set of
+    yield conditions. Draws below the lowest known load factor lead to states that a load history misses. In
+    space a polygon limits the shear.
     """
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
         self._problem, self._settings = problem, settings
         self._statics = HighsSession(programs(problem)[0], effort, _RANDOM_FORCES_PURPOSE)
         finite = np.isfinite(problem.highest - problem.lowest)
-        #: Columns of ties, props and other forces between finite limits in the program.
+        #: Columns of the program that belong to ties, props and other forces with two finite limits.
         self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)
         self._lowest, self._highest = problem.lowest[finite], problem.highest[finite]
 
     @property
     def has_limited_forces(self) -> bool:
-        """Return True if a tie, a prop or another force acts between finite limits."""
+        """Return True if the scene has a tie, a prop or another force with two finite limits."""
         return len(self._between_limits) > 0
 
     def largest_load_factor(self, seconds: float = inf) -> float | None:
@@ -49,8 +49,7 @@ class RandomForces:
     ) -> np.ndarray | None:
         """Return random forces (3c + t,) at a load factor; None if no forces are found within the time limit.
 
-        Forces between finite limits stay below ``strength_share`` of the way from the lower to the upper
-        limit.
+        A force with two finite limits may use at most ``strength_share`` of the range between its limits.
         """
         problem, settings = self._problem, self._settings
         share = rng.uniform(*settings.yielding_shares)

@@ -5,9 +5,9 @@ rule. The faces with p > 0 are the support S of the mechanism.
 
 (b) Statics: minimise λ subject to equilibrium and yield, with z = 0 on S.
 
-The state of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
-z = 0 on S show which faces hold λ up, and how strongly. Another mechanism among the faces at yield, which
-moves these faces least, may have a lower λ.
+The forces of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
+z = 0 on S show which faces keep λ from decreasing, and how strongly. Another mechanism of the faces at yield,
+which moves these faces as little as possible, may have a lower λ.
 """
 
 import time
@@ -34,12 +34,12 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_REFINEMENT_PURPOSE = "refinement"  #: Name in a result's ``solvers`` for programs (a) and (b).
+_REFINEMENT_PURPOSE = "refinement"  #: Purpose of programs (a) and (b) in the ``solvers`` of a result.
 
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state with the joints' own flow rule, exact except for rounding errors of the solver."""
+    """Collapse state that obeys the joints' own flow rule, exact except for rounding errors of the solver."""
 
     problem: Problem
     load_factor: float  #: load factor λ
@@ -49,7 +49,8 @@ class ExactState:
     #: Dual variable of the condition z = 0 of each moving face, shape (faces,): the larger it is, the more
     #: the condition keeps λ from decreasing.
     strength: np.ndarray
-    #: Negative load factor of another state that was found from this state; infinite without such a state.
+    #: Load factor of zero or less of a further state that was found from this state; infinite if there is
+    #: no further state.
     below: float = inf
 
     @property
@@ -59,7 +60,7 @@ class ExactState:
 
     @cached_property
     def answer(self) -> Answer:
-        """Answer with certificate that this state represents."""
+        """Answer of this state, with its certificate: residuals computed from the matrices."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
@@ -100,19 +101,19 @@ def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
 
 
 def _numbers(count: int, first: int = 0) -> np.ndarray:
-    """Return ``count`` consecutive column or row numbers that begin with ``first``."""
+    """Return ``count`` consecutive column or row numbers, from ``first`` on."""
     return np.arange(first, first + count, dtype=np.int32)
 
 
 class StateFinder(ABC):
-    """Base class of state finders. A state finder computes an exact state near given joint forces."""
+    """Base class of state finders, which compute an exact state near given joint forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise RefinerTimeout
-        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
+        #: Number of programs since the last step to a lower state that the solver neither solved nor proved
         #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count such programs.
+        #: not count undecided programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces, which is solved repeatedly
 
@@ -152,7 +153,8 @@ class Refiner(StateFinder):
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """Return rates p (faces,) and velocities (3b,) of the mechanism that minimises cost · p.
 
-        This is program (a). The banned faces are at rest. None is returned if there is no mechanism.
+        This is program (a) of this module. The banned faces are at rest. None is returned if there is no
+        mechanism.
         """
         self._kinematics.set_costs("p", cost)
         self._kinematics.set_most("p", np.where(banned, 0.0, np.full(len(cost), inf)))
@@ -163,8 +165,8 @@ class Refiner(StateFinder):
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """Return the state of least λ in which all moving faces are at yield; None if no such state exists.
 
-        This is program (b). The rates, shape (faces,), and the velocities d, shape (3b,), are those of the
-        mechanism.
+        This is program (b) of this module. The rates, shape (faces,), and the velocities d, shape (3b,), are
+        those of the mechanism.
         """
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
@@ -176,11 +178,12 @@ class Refiner(StateFinder):
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """Return the exact state found from joint forces, shape (3c,); None if no state is found.
 
-        The first state is on the mechanism that goes with the forces. Lower states on other mechanisms follow
-        until λ falls no more, or would fall to zero.
+        The first state has the mechanism with the least energy for the given forces. Lower states with other
+        mechanisms follow, until λ no longer decreases or would decrease to zero.
 
-        A state whose certificate exceeds the limits is not returned. A joint without normal force may
-        contract in both senses at once, which satisfies every row of the programs, but no flow rule.
+        A state whose certificate exceeds the limits is not returned. The reason is that a joint without
+        normal force may slide in both directions at once, which satisfies every row of the programs but
+        violates the flow rule.
         """
         state, lower = None, self.first(q)
         while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
@@ -196,8 +199,8 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the state that programs (a) and (b) find from forces (3c,); None if they find no state.
 
-        If no forces bring the whole support to yield, the next attempt starts from the forces that come
-        nearest to yield, with least z·p.
+        If no forces bring all moving faces to yield, the next attempt starts from the forces that are nearest
+        to yield, which have the least z·p.
         """
         for _ in range(1 + self._settings.repairs):
             mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
@@ -214,9 +217,9 @@ class Refiner(StateFinder):
     def _lower(self, state: ExactState) -> ExactState | None:
         """Return a state with a lower λ than the given state; None if no such state is found.
 
-        Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
-        each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism
-        that goes with the forces of the state is tried.
+        The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
+        as possible, each weighted by its dual variable. If this leads to no lower state, or if only blocks
+        without a load move, the mechanism with the least energy for the forces of the state is tried.
         """
         self.undecided = 0
         if state.strength.any():
@@ -233,9 +236,10 @@ class Refiner(StateFinder):
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return forces that maximise λ Σ|f_L| − cost·n, and the rates (dual variables); None without forces.
+        """Return forces that maximise λ Σ|f_L| − cost·n, and the rates (dual variables), or None.
 
-        The shapes are (3c,) and (faces,). The cost, shape (k,), is of the joints that can slide.
+        Their shapes are (3c,) and (faces,). The cost, shape (k,), has one entry for each joint that can
+        slide. None is returned if the program has no optimum.
         """
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
@@ -243,7 +247,7 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Find forces of least cost with the ``held`` faces at yield; return True if such forces exist."""
+        """Find the forces of least cost with the ``held`` faces at yield; return True if they exist."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
@@ -270,7 +274,7 @@ def refiner_of(task: Task, settings: SearchSettings = SEARCH) -> Refiner:
 class ConeRefiner(StateFinder):
     """State finder in space that alternates between two cone programs.
 
-    The finder reports no dual variables of yield conditions, so a search cannot start near its states.
+    The finder returns no dual variables of yield conditions, which the start "neighbour" of a search needs.
     """
 
     def __init__(
@@ -288,6 +292,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Convert an answer to an exact state; the dual variables of its yield conditions are not known."""
+    """Convert an answer to an exact state, with rates and dual variables of zero because none are known."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

@@ -1,4 +1,4 @@
-"""Search for lower exact states from other starts and in the neighbourhood of the lowest state, in turn."""
+"""Search for lower exact states, alternately from random starts and near the lowest state."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -21,7 +21,7 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME, ZERO, is_lower, same
 
-#: Kind of a start, and the exact state found from it (None without one).
+#: Kind of a start, and the exact state that was found from the start; None if no state was found.
 Candidate = tuple[str, ExactState | None]
 
 
@@ -30,9 +30,8 @@ class StateRecord:
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
-        self.candidates = 0  #: number of starts, including starts without an exact state
-        #: Lowest load factor of all physically meaningful states. The state with this load factor need not be
-        #: the answer.
+        self.candidates = 0  #: number of starts, including starts that led to no exact state
+        #: Lowest load factor of all physically meaningful states; that of the answer may be higher.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -42,23 +41,23 @@ class StateRecord:
             self.add(state.load_factor)
 
     def add(self, load_factor: float) -> None:
-        """Record the load factor of a state, unless an equal one is recorded."""
+        """Record the load factor of a state, unless an equal load factor is already recorded."""
         if not any(same(load_factor, known) for known in self.load_factors):
             self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
-        """Load factors above zero of the different states; without any above zero, all load factors."""
+        """Positive load factors of the states; all load factors if none is positive."""
         return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
-        """True if a load factor of zero or below was found that is below all positive load factors."""
+        """True if the lowest load factor is zero or less, and is below all load factors that are reported."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons with the number of states above λ = 0, and with the lowest λ if it is zero or less."""
+        """Reasons that state the number of states above λ = 0, and the lowest λ if it is zero or less."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
@@ -75,7 +74,7 @@ class StateRecord:
 
 
 class Search:
-    """Search for exact states of lower λ, from random starts and from starts near the lowest state found."""
+    """Search for exact states of lower λ, from random starts and from starts near the lowest state."""
 
     def __init__(
         self,
@@ -86,8 +85,8 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: State with the lowest load factor known from outside the search, near which later starts are drawn;
-        #: None if no state is known.
+        #: Lowest state that the caller knows, for example from a proof; later starts are drawn near it. None
+        #: if the caller knows no state.
         self.known: ExactState | None = None
 
     @property
@@ -97,7 +96,7 @@ class Search:
 
     @cached_property
     def _random(self) -> RandomForces:
-        """Generator of random forces. Its linear program is built once."""
+        """Generator of random forces, whose linear program is built only once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
@@ -106,14 +105,14 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start, and return the exact state found from its joint forces (3c,), or None."""
+        """Count a start; return the exact state found from its joint forces (3c,), or None."""
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the states of further starts until ``starts`` successive starts have found no lower state."""
+        """Yield the states of further starts until ``starts`` starts in a row lead to no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -125,10 +124,10 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield the states of further starts, whose number depends on the scene only, not on time.
+        """Yield the states of further starts, whose number depends only on the scene.
 
-        The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts the only
-        other start is the one from the forces of the lowest state.
+        The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
+        start follows, from the forces of the lowest state. On other scenes random starts follow.
         """
         for q in forces:
             state = self.start(q)
@@ -143,10 +142,10 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Kinds of starts at which ties and other limited forces use at most a share of their strength.
+        """Kinds of starts with random forces in which ties use at most a share of their strength.
 
-        Such starts come first if a scene has limited forces, because lower states may exist in which a tie
-        does not yield.
+        If a scene has ties or other limited forces, these starts come first, because lower states may exist
+        in which a tie does not yield.
         """
         return {
             f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)
@@ -154,11 +153,11 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield candidates without end.
+        """Yield the kind and the state of one start after another, without end.
 
-        Random numbers depend on the seed and the number of a random start alone. In space a start from the
-        forces of the lowest state comes first, and again after each lower state, without the mechanism of
-        that state: another mechanism that these forces allow may lead lower.
+        Random numbers depend only on the seed and on the number of the random start. In space a start from
+        the forces of the lowest state comes first, and again after each lower state is found: another
+        mechanism that is possible under these forces may lead to a lower load factor.
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
         if self._random.has_limited_forces:
@@ -182,9 +181,9 @@ class Search:
     ) -> np.ndarray | None:
         """Return random forces in equilibrium with a random share of the lowest known load factor.
 
-        Without a known load factor above zero, the largest one within equilibrium and yield is used. Ties,
-        props and other forces with two limits use at most ``strength_share`` of their strength, because a
-        tie that does not yield may permit a lower state.
+        If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
+        and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
+        does not yield may permit a lower state.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:
@@ -194,7 +193,7 @@ class Search:
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
     def _loaded(self, problem: Problem) -> np.ndarray | None:
-        """Return the forces at the end of a load history; None without a collapse."""
+        """Return the forces at the end of a load history; None if it does not end in a collapse."""
         with self._finder.effort.measure("solve"):
             result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
         if result.load_factor is None:
@@ -202,15 +201,16 @@ class Search:
         return result.history.steps[-1].forces
 
     def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a load history that starts from a random preload."""
+        """Return the forces at the end of a load history that starts from a random preload."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._loaded(replace(self.problem, settled=settled))
 
     def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces at a fixed point of the costs (Acary, Cadoux, Lemaréchal & Malick 2011).
+        """Return forces from a fixed-point iteration (Acary, Cadoux, Lemaréchal & Malick 2011).
 
-        The iteration starts from random costs. At a fixed point the cost of a normal force is the difference
-        between associative and actual opening, (μ − tan φ₀) |slip|.
+        Each iteration solves a linear program in which normal forces have costs. The costs are random at
+        first. At a fixed point the cost of a normal force equals the difference between the associative and
+        the actual opening of its joint, (μ − tan φ₀) |slip|.
         """
         assert isinstance(self._finder, Refiner)
         problem = self.problem
@@ -229,7 +229,8 @@ class Search:
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return a mean, with random weights, of the forces of a state and of forces with a lower λ.
 
-        The forces with the lower load factor result if a few of the active yield conditions are released.
+        The forces with the lower load factor are those of program (b) after a few of the active yield
+        conditions are released.
         """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
@@ -251,8 +252,9 @@ _L = TypeVar("_L", ExactState, Answer)
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
     """Return the state with the lower load factor of two states, each of which may be None.
 
-    - Of two states with equal load factors, it is the exact one, or else the first.
-    - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.
+    - If the load factors are equal, an exact state is preferred, or else the first state.
+    - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
+      the scene would move without live load.
     """
     if one is None or other is None:
         return one or other
@@ -266,11 +268,11 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
 _LOWEST = "lowest state"  #: Kind of start: the forces of the lowest state.
 _RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
 _STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
-_FIXED = "fixed point"  #: Kind of start: forces at a fixed point of the costs of normal forces.
+_FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
 _NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
-#: Function that returns the forces of a start. Its arguments are the search, the lowest state and a random
-#: generator.
+#: Type of a function that returns the forces of a start. Its arguments are the search, the lowest state and a
+#: random generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 
 #: Function of each kind of start.
@@ -281,11 +283,11 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Kinds of starts in the plane, in the order of the cycle. Random forces or a neighbour take a tenth of the
-#: time of a load history, and a fixed point takes a third. Fixed points lead to lower states if a whole slope
-#: slides.
+#: Kinds of starts in the plane; the search repeats this sequence. Random forces or a neighbour take a tenth
+#: of the time of a load history, and a fixed point takes a third. Fixed points lead to lower states on scenes
+#: in which a whole slope slides.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in the order of the cycle. Random forces lead to lower states in less time than
-#: load histories.
+#: Kinds of starts in space; the search repeats this sequence. Random forces lead to lower states in less time
+#: than load histories.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

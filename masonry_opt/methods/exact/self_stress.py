@@ -8,9 +8,9 @@ from masonry_opt.problem.problem import Problem
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
     """Return random forces (3c + t,) that carry the dead load within yield; None if no such forces exist.
 
-    The forces minimise a random cost of the normal forces. In space the polygons of friction limit them.
+    The forces minimise a random cost of the normal forces. In space the shear is limited by polygons.
     """
-    # The import is local because it takes a fifth of a second and few options need this program.
+    # The import is local, because it takes a fifth of a second and few options need this program.
     from scipy.optimize import linprog
 
     cost = rng.exponential(1.0, problem.B.shape[1])

@@ -1,1 +1,1 @@
-"""Incremental analysis: the load factor at which equilibrium is lost as the live load is raised by steps."""
+"""Incremental analysis: the live load is raised in steps until equilibrium is lost."""

@@ -1,16 +1,16 @@
-"""The incremental load factor: the largest under which the blocks find equilibrium as the load is raised.
+"""The incremental load factor: the largest λ under which the blocks find equilibrium as the load is raised.
 
-1. Preload: the blocks come to rest under the dead load, from contacts without forces.
-2. The live load is raised by increments, and after each the blocks come to rest again. Without events (a
-   contact that opens, closes, slips or sticks) the response is linear, and an increment grows until it
-   meets one. After a damped motion the next increment is small.
-3. At a collapse the exact state of the motion is solved for. If its load factor lies between the load that
-   is carried and the load that is not, the search goes on with loads just below and above this state. It ends
-   when the state is the limit, and solves for the state once more from the last equilibrium.
-4. Without an exact state, Newton's method bisects the load until the load that it reaches and the load that
-   it does not differ by less than 1e-6. A damped motion shows that the blocks do not carry ``tolerance``
-   more. The load factor is the range between both loads.
-5. If the response stays linear while the load grows ``unbounded`` times, the load has no limit.
+1. Preload: the blocks find equilibrium under the dead load, starting from contacts without forces.
+2. The live load is raised by increments, and the blocks find equilibrium after each increment. The response
+   is linear until a contact opens, closes, slips or sticks, and the increment grows until this happens. After
+   a damped motion the next increment is small.
+3. After a collapse the program solves for the exact state of the motion. If its load factor is between a load
+   with equilibrium and a load without, the search continues with loads just below and above this state. It
+   ends when the state is the limit. The state is then solved for again from the last equilibrium.
+4. Without an exact state the load is bisected, with Newton's method, until the loads with and without success
+   differ by less than 1e-6. A damped motion then shows that there is no equilibrium if the load is larger by
+   ``tolerance``. The load factor is known to be in the range between both loads.
+5. If the response remains linear while the load grows by the factor ``unbounded``, the load has no limit.
 """
 
 from collections.abc import Callable
@@ -42,11 +42,11 @@ from masonry_opt.solution.thresholds import SAME
 
 
 class End(StrEnum):
-    """End of a load history."""
+    """Ways in which a load history can end."""
 
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
-    UNSTABLE = "the dead load is not carried from rest"
+    UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
     SLOW = "the blocks still move after many steps: neither equilibrium nor collapse"
     UNDECIDED = "neither a collapse nor a proof that the load has no limit was found"
 
@@ -57,13 +57,13 @@ class IncrementalResult:
 
     end: End
     history: LoadHistory
-    carried: float = 0.0  #: largest load factor under which the blocks came to equilibrium
+    carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
     not_carried: float = inf  #: load factor under which the blocks collapsed
     state: Answer | None = None  #: exact state at a load factor between ``carried`` and ``not_carried``
     #: Exact state with a load factor below ``carried``, in which the blocks continue to move after the
     #: collapse.
     state_in_motion: Answer | None = None
-    #: Motion of the blocks under ``not_carried``, or under the dead load if the dead load is not carried.
+    #: Motion of the blocks under ``not_carried``, or under the dead load if the scene is unstable.
     collapse: Collapse | None = None
 
     @property
@@ -79,7 +79,8 @@ class IncrementalResult:
     def with_state(self, state: Answer | None) -> "IncrementalResult":
         """Return a result to which an exact state is added if the state belongs to the collapse.
 
-        A state between both loads is that of the collapse. In a lower one the blocks move on after it.
+        A state with a load factor between ``carried`` and ``not_carried`` is the state of the collapse. In a
+        state with a lower load factor the blocks continue to move after the collapse.
         """
         if self.state is not None or state is None:
             return self
@@ -91,7 +92,7 @@ class IncrementalResult:
 
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if λ of a state lies between two load factors, up to a rounding of ``SAME`` × ``size``."""
+    """Return True if λ of a state is between two load factors, with a tolerance of ``SAME`` × ``size``."""
     rounding = SAME * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
@@ -112,11 +113,11 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or without an equilibrium the motion under it."""
+        """Equilibrium under the dead load from rest, or else the motion of the blocks."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
-        """Return the load history up to collapse; ``progress`` is called with each load step."""
+        """Compute the load history up to collapse; ``progress`` is called with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
         if isinstance(self.preload, SlowMotion):
@@ -131,9 +132,9 @@ class IncrementalAnalysis:
         return self.solver.law.of_problem(self.preload.response.forces)
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
-        """Return an analysis, with equal settings, of another problem that has equal joints.
+        """Return an analysis of another problem with the same joints and the same settings.
 
-        The order of the unknowns is kept if the elastic stiffness is the same.
+        The stiffness matrix is reused if the elastic stiffness is equal.
         """
         if problem is self.problem:
             return self
@@ -162,16 +163,16 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if a collapse mechanism (3b,) is caused by the live load.
+    """Return True if a collapse mechanism (3b,) is physically meaningful.
 
-    If the net load of all blocks that move vanishes at this load factor, the mechanism counts only if the
-    scene does not carry its dead load from rest.
+    A mechanism is not meaningful if λ is negative, the moving blocks carry no net load at this λ, and the
+    scene is in equilibrium under its dead load from rest.
     """
     return not weightless(analysis.problem, load_factor, d) or analysis.preload_forces is None
 
 
 class _LoadRaising:
-    """Search for the collapse load: the live load is raised step by step, starting from the preload."""
+    """Search for the collapse load, in which the live load is raised in steps from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -197,7 +198,7 @@ class _LoadRaising:
         return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
 
     def run(self) -> IncrementalResult:
-        """Return the result."""
+        """Raise the load until the end of the load history, and return the result."""
         for _ in range(self.settings.increments):
             if self._is_bracketed() or (self.slow and self.not_carried < inf):
                 return self._result(End.COLLAPSE)
@@ -217,7 +218,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Apply a larger load factor, and record whether the blocks come to equilibrium or collapse."""
+        """Apply a larger load factor, and record whether the blocks find equilibrium or collapse."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -237,7 +238,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads than that of a slow motion; return False if all their motions are slow too."""
+        """Try larger loads after a slow motion; return False if their motions are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -255,7 +256,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a larger load. The search continues from this equilibrium."""
+        """Record an equilibrium under a larger load, from which the search continues."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
@@ -265,7 +266,7 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load factor of an exact state can still be the largest one that is carried."""
+        """Return True if the load factor of an exact state may still be the largest with equilibrium."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -280,8 +281,8 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # Contacts that slipped during the motion may stick now. A small increment shows which do. If one
-            # motion follows another, the increments grow twofold.
+            # Contacts that slipped during the motion may stick now, and a small increment shows which of them
+            # stick. The increment is doubled after each further motion in a row.
             motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor
@@ -289,18 +290,18 @@ class _LoadRaising:
         least = settings.smallest_increment * load_factor
         motion = solver.size_of_motion(self.rate)
         if motion == 0:
-            # No elastic motion balances the live load. The smallest increment shows that it is not carried.
+            # No elastic motion balances the live load. Apply the smallest increment, which leads to collapse.
             return least
         by_forces = settings.increment * forces / motion
         return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
-        """Narrow the bracket between the load factor that is carried and the one that is not.
+        """Narrow the bracket between the largest load with equilibrium and the smallest load without.
 
-        With an exact state the next loads lie just below and just above the state. Newton's method alone
-        tries the load above: if the method succeeds, the state is not the limit. Without an exact state
-        Newton's method bisects. Once the bisection is narrow, a damped motion tests the load that the
-        method does not reach.
+        With an exact state the next loads are just below and just above the load of the state. For the load
+        above, only Newton's method is used: if it succeeds, the state is not the limit. Without an exact
+        state Newton's method bisects the load. When the bisection is narrow, a damped motion tests the load
+        for which Newton's method fails.
         """
         if self.state is not None:
             below, above = self._beside(self.state)
@@ -319,16 +320,16 @@ class _LoadRaising:
             self._reach((self.carried + self.unreached) / 2)
 
     def _is_close(self, load_factor: float, larger: float) -> bool:
-        """Return True if two load factors differ by no more than the tolerance."""
+        """Return True if two load factors differ by at most the tolerance."""
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return a load factor just below, and one just above, the load factor of an exact state."""
+        """Return two load factors, just below and just above the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double the increment until a contact changes its state; return infinity if none ever changes."""
+        """Double the increment until a contact changes its state; return infinity if this never happens."""
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )
@@ -351,8 +352,8 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            # A live load that is negligible compared with the dead load is not bisected, because rounding
-            # errors would decide.
+            # The load is not bisected if it is negligible compared with the dead load, because rounding
+            # errors would determine the result.
             is_negligible = self.carried == 0
             is_fine = self.unreached - self.carried <= SAME * size
             return self.state is not None or is_negligible or is_fine
@@ -394,11 +395,11 @@ class _LoadRaising:
         )
 
     def _find_exact_state(self) -> Answer | None:
-        """Return the exact state of the collapse; None if no exact state lies in the bracket.
+        """Return the exact state of the collapse; None if there is no exact state in the bracket.
 
-        It is solved for once more, from the equilibrium under the load that is carried. From there the
-        contacts slip less on the way to it than from the motion under a load that is too large, so that it
-        depends little on the increments.
+        The state is solved for again, starting from the last equilibrium. On the way from this equilibrium
+        the contacts slip less than in the motion under a load that is too large, so that the state hardly
+        depends on the increments.
         """
         narrow = self.settings.smallest_increment * self._size_of(self.not_carried)
         if self.collapse is None or self.not_carried - self.carried > narrow:

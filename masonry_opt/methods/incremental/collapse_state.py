@@ -1,17 +1,17 @@
-"""The exact state at a collapse, in which the blocks move on under a constant load.
+"""Compute the exact state of a collapse, in which the blocks continue to move under a constant load.
 
-Far along the motion no contact deforms elastically any more: all that moves slips or opens. There the size
-of the motion is prescribed, and the load factor is an unknown (displacement control, Batoz & Dhatt 1979).
-With the forces out of balance r, and c·d the elastic size of d along the motion, each iteration of Newton's
-method solves
+After a large motion, contacts no longer deform elastically: they only slip or open. The size of the motion is
+then prescribed, and the load factor is an unknown (displacement control, Batoz & Dhatt 1979). Let r be the
+unbalanced forces, and c·d the component of d along the motion. Each iteration of Newton's method solves
 
     S x = r,    S y = f_L,    Δλ = -c·x / c·y,    Δd = x + Δλ y    so that c·Δd = 0.
 
-At the end y is the mechanism. In the plane one solve suffices. In space directions of slip turn towards the
-mechanism, and the next solve goes on from the state of the last one.
+After convergence y is the mechanism. In the plane one solve suffices. In space the directions of slip turn
+towards the mechanism, and further solves continue from the last state.
 
-Where displacement control fails, two programs in turn look for an exact state near the collapse: the
-mechanism for given slacks, the statics for given rates (see :mod:`~masonry_opt.methods.exact.refiner`).
+If displacement control fails, two optimisation programs look for an exact state near the collapse: one finds
+a mechanism for given slacks, the other finds forces for given rates (see
+:mod:`~masonry_opt.methods.exact.refiner`).
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from masonry_opt.solution.answer import Answer, certified
 
 @dataclass(frozen=True)
 class _FarState:
-    """A state far along the motion."""
+    """State of the blocks after a motion so large that contacts only slip or open."""
 
     load_factor: float
     trial: np.ndarray  #: trial forces that the contacts remember, shape (3, m)
@@ -36,7 +36,7 @@ class _FarState:
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
-    """Solve for the exact state of a collapse by displacement control; return None if the method fails."""
+    """Solve for the exact state of a collapse by displacement control; return None if this fails."""
     trial, motion = collapse.state.trial, collapse.motion
     for _ in range(solver.settings.exact_solves):
         far = _solve_far_along(solver, trial, motion, load_factor)
@@ -52,12 +52,12 @@ def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_fac
 def find_collapse_state(
     solver: EquilibriumSolver, collapse: Collapse, effort: Effort | None = None
 ) -> Answer | None:
-    """Return the exact state that two optimisation programs find near a collapse; None if they find none.
+    """Return the exact state that two optimisation programs find near a collapse, or None.
 
-    In the plane linear programs solve for the mechanism and the statics of the forces at the collapse. In
-    space and on large scenes interior points do so.
+    The programs start from the forces at the collapse. In the plane they are solved by the simplex method, in
+    space and on large scenes by an interior-point method.
     """
-    # These modules import a modelling language, which takes seconds.
+    # The imports are local, because these modules import a modelling language, which takes seconds.
     from masonry_opt.methods.exact.alternation import Alternation
     from masonry_opt.methods.exact.refiner import Refiner
 
@@ -100,7 +100,10 @@ def _solve_far_along(
 def _balance_rigid_motion(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
 ) -> _FarState | None:
-    """Return the state at the λ at which all forces together do no work in a rigid motion (3b,), or None."""
+    """Return the state at the λ for which the total work of all forces in a rigid motion (3b,) is zero.
+
+    None is returned if the live load does no work in the motion.
+    """
     problem, response = solver.problem, solver.law.respond(trial)
     work = float(problem.live @ motion)
     if work == 0:
@@ -110,9 +113,9 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return a state with certificate; of two motions, take the one that satisfies conditions better.
+    """Return an answer with certificate from a state; return None if the live load does no work.
 
-    Without work of the live load there is no load factor: None.
+    The motion of the answer is the displacement or the mechanism, whichever has the smaller residuals.
     """
     problem, q = solver.problem, solver.law.of_problem(far.forces)
     answers = []

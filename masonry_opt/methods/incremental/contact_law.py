@@ -1,23 +1,24 @@
-"""The contact law: elastic contacts that press only, Coulomb friction, and slip that is remembered.
+"""The contact law: elastic contacts without tension, Coulomb friction, and permanent slip.
 
-A contact deforms elastically from the forces that it remembers. The trial forces n~ and s~ are those without
-any opening or slip. With the stiffnesses k_n and k_s, the friction μ, the cohesion c and the dilatancy tan ψ,
+A contact deforms elastically from the forces that it remembers. The trial forces n~ and s~ are the forces
+without opening or slip. With the stiffnesses k_n and k_s, the friction μ, the cohesion c and dilatancy tan ψ,
 the return mapping (Simo & Hughes, Computational Inelasticity, 1998, section 1.4.2) finds the slip P ≥ 0:
 
     (1)  n_i = max(0, n~_i + k_n tan ψ P)        at each contact point i of the joint
     (2)  L   = c + μ Σ n_i                       limit of the shear
-    (3)  |s| = |s~| - k_s P ≤ L                  with P = 0 where |s~| ≤ c + μ Σ max(0, n~_i)
+    (3)  |s| = |s~| - k_s P ≤ L                  with P = 0 if |s~| ≤ c + μ Σ max(0, n~_i)
     (4)  s   = |s| s~ / |s~|                     radial return; in the plane this is the sign of s~
 
-A joint has two contact points and one shear in the plane, one contact point and two shears in space. Where
-the joint does not dilate, P follows from (2) and (3) at once. Otherwise |s~| - k_s P - L(P) falls with P
-and is piecewise linear, and Newton's method ends after a few iterations.
+In the plane a joint has two contact points and one shear, in space one contact point and two shears. If the
+joint does not dilate, P follows directly from (2) and (3). Otherwise |s~| - k_s P - L(P) is piecewise linear
+and decreases with P, and Newton's method ends after a few iterations.
 
-Joints of limited strength: the normal forces of both contact points are the nearest ones to the trial forces
-within the chords of the strength parabola, in place of (1). Crushing is elastic: it is not remembered.
+Joints of limited strength: instead of (1), the normal forces of both contact points are the admissible forces
+nearest to the trial forces, within the chords of the strength parabola. Crushing is elastic: the contact does
+not remember it.
 
-Limited forces (ties, props, earth): T = min(highest, max(lowest, T~)). Yield is remembered, slack is not: a
-rod that has gone slack takes up force again where it has lost it.
+Limited forces (ties, props, earth): T = min(highest, max(lowest, T~)). Yield is remembered, but slack is not:
+a slack rod takes up force again at the length at which it lost its force.
 """
 
 from dataclasses import dataclass
@@ -37,15 +38,15 @@ def mean_force_and_compliance(
 ) -> tuple[float, np.ndarray]:
     """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
 
-    Under the mean force a joint of mean length, in space of mean area, closes by one unit. The stiffness
-    grows with length or area. It is half as large in shear as along the normal, as of stone. The mean force
-    is that of the least squares solution of equilibrium under the dead load.
+    Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
+    proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
+    direction. The mean force is that of the least-squares solution of equilibrium under the dead load.
     """
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
-    # If no blocks touch, ties alone carry the load.
+    # If no blocks touch, ties alone carry the load, and the mean force is that of the ties.
     at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)
     mean_force = float(np.abs(at_contacts).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
@@ -56,20 +57,20 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Forces of the contacts under trial forces: m columns for the joints and the limited forces (ties)."""
+    """Forces of the contacts for given trial forces, with one column per joint or limited force (tie)."""
 
-    #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m); limited forces are in the last
+    #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m). Limited forces are in the last
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` (first axis) by trial forces (second), shape (3, 3, m)
-    #: Trial forces from which the next step starts, without the slip so far, shape (3, m).
+    #: Trial forces from which the next step starts, after the slip so far is deducted, shape (3, m).
     remembered: np.ndarray
-    sliding: np.ndarray  #: True for joints that press and are at their friction limit, shape (c,)
+    sliding: np.ndarray  #: True for closed joints at their friction limit, shape (c,)
     open: np.ndarray  #: True for joints without normal force, shape (c,)
 
 
 class ContactLaw:
-    """Return mapping of all joints and limited forces of a problem. See the docstring of the module."""
+    """Return mapping of all joints and limited forces of a problem: eqs (1) to (4) of this module."""
 
     def __init__(
         self,
@@ -80,8 +81,8 @@ class ContactLaw:
     ) -> None:
         """Set up the law of a problem.
 
-        ``compliance`` is the motion of each force of the problem per unit of force, shape (3c + t,), and
-        ``mean_force`` the mean contact force under the dead load.
+        ``compliance`` is the elastic deformation per unit of each force of the problem, shape (3c + t,).
+        ``mean_force`` is the mean contact force under the dead load.
         """
         settings = settings or IncrementalSettings()
         self._rounding, self._iterations = settings.rounding, settings.newton_iterations
@@ -109,7 +110,7 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
+        """Return forces (3, m) in the order of the problem, shape (3c + t,): inverse of :func:`by_joint`."""
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
@@ -137,9 +138,9 @@ class ContactLaw:
         remembered[2, limited] = np.where(slack, free, forces[2, limited])
 
     def _yield(self, free: np.ndarray) -> np.ndarray:
-        """Return True for the limited forces that yield under trial forces, shape (t,).
+        """Return True for each limited force that yields under trial forces, shape (t,).
 
-        At a limit of zero a rod does not yield: it is slack, or about to take up force.
+        A rod with a limit of zero does not yield at this limit, because it only becomes slack.
         """
         at_lowest, at_highest = self._yields_at_lowest, self._yields_at_highest
         lowest, highest = self.lowest[at_lowest], self.highest[at_highest]
@@ -159,7 +160,7 @@ class ContactLaw:
         size = np.abs(trial[2]) if self.points == 2 else np.hypot(trial[1], trial[2])
         n, tangent[normal, normal] = self._press(trial[normal])
         limit = self.cohesion + self.friction * n.sum(axis=0)
-        # A joint without any force sticks, such as every joint before the dead load acts.
+        # A joint without any force sticks. Before the dead load is applied, this is true of every joint.
         untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
         slides = self.can_slide & (size >= (1 - self._rounding) * limit) & ~untouched
         remembered[normal] = trial[normal]
@@ -178,7 +179,7 @@ class ContactLaw:
     def _add_slip_tangent(
         self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
     ) -> None:
-        """Add the derivatives of the shears to a tangent that contains only those of the normal forces."""
+        """Add the derivatives of the shear forces to a tangent that has only those of the normal forces."""
         normal, shear = slice(self.points), slice(self.points, 3)
         pressed = tangent[normal, normal].sum(axis=0)
         limit_rate = slides * self.friction * pressed
@@ -214,7 +215,7 @@ class ContactLaw:
         """Return the slip P ≥ 0 of the joints that slide, shape (c,), by Newton's method within a bracket."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # The excess is a difference of terms as large as the shear, whose rounding limits the accuracy.
+        # The excess is a small difference of large terms, so that rounding errors limit the accuracy of slip.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
@@ -232,9 +233,9 @@ class ContactLaw:
 class StrengthPolygon:
     """Admissible normal forces of joints of limited strength: a convex polygon in the plane of n₁ and n₂.
 
-    The chords of the strength parabola bound the moment for either sense. As the stiffness is alike at both
-    contact points, the elastic return is the projection onto the polygon. Forces are divided by the crushing
-    force, so that all joints have one polygon.
+    The chords of the strength parabola bound the moment in both directions. Both contact points have the same
+    stiffness, so that the return mapping is the projection onto the polygon. Forces are divided by the
+    crushing force, so that one polygon is valid for all joints.
     """
 
     def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
@@ -244,8 +245,8 @@ class StrengthPolygon:
     @cached_property
     def _sides(self) -> "PolygonSides":
         """Sides of the polygon, counter-clockwise."""
-        # Knots of the chords are values of x = n / (f_c L). At a knot m = L/2 · x (1 - x), so that n₁, n₂ =
-        # (x ± x (1 - x)) / 2.
+        # The chords intersect at values of x = n / (f_c L). At each intersection the moment is L/2 · x (1 -
+        # x), so that n₁ and n₂ are (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
@@ -267,14 +268,14 @@ class StrengthPolygon:
 
 
 class PolygonSides:
-    """Sides of a convex polygon, from corner to corner counter-clockwise, shape (corners,)."""
+    """Sides of a convex polygon in counter-clockwise order, with projection onto the polygon."""
 
     def __init__(self, corners: np.ndarray) -> None:
         sides = np.roll(corners, -1, axis=0) - corners
         self._corners = corners  #: first corner of each side, shape (corners, 2)
         self._length = np.hypot(sides[:, 0], sides[:, 1])
         self._along = sides / self._length[:, None]  #: direction of each side, shape (corners, 2)
-        # The interior lies to the left of each side.
+        # The interior of the polygon is to the left of each side, so outward normals point to the right.
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
@@ -287,9 +288,9 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of the polygon nearest to points outside (2, l), and the derivative (2, 2, l).
+        """Project points outside the polygon, shape (2, l), onto it; return points and derivative (2, 2, l).
 
-        ``distances`` are those of the points from the lines of the sides.
+        ``distances`` are the distances of the points from the lines of the sides.
         """
         place = self._along @ points - (self._along * self._corners).sum(axis=1)[:, None]
         within = np.clip(place, 0.0, self._length[:, None])
@@ -301,7 +302,7 @@ class PolygonSides:
 
 
 def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:
-    """Rearrange values from the problem's order (3c + t,) to columns by joint and limited force, (3, m)."""
+    """Rearrange values (3c + t,) of a problem to shape (3, m): one column per joint or limited force."""
     table = np.full((3, len(values) - 2 * joints), fill)
     table[:2, :joints] = values[: 2 * joints].reshape(2, joints)
     table[2] = values[2 * joints :]

@@ -1,21 +1,22 @@
-"""Equilibrium under a load: Newton's method, and where it fails the damped motion of the blocks.
+"""Equilibrium under a load, by Newton's method and, if this method fails, by a damped motion of the blocks.
 
 From a state, a displacement d of the blocks changes the trial forces of the contacts to q~ - k Bᵀd. The
-blocks are in equilibrium under a load f if the forces q of the contact law balance it:
+blocks are in equilibrium under a load f if the forces q of the contact law balance the load:
 
     (1)  r(d) = B q(q~ - k Bᵀd) + f = 0
 
-Friction without dilatancy has no potential: near the state (1) may have no solution, or several. Where
-Newton's method fails, the blocks therefore move against a viscous damping η until they are in equilibrium
-again, or have moved ``far``: a collapse. Each time step, from the state after the last one, is one of the
-implicit Euler method,
+Friction without dilatancy has no potential, so that near the state (1) may have no solution, or several. If
+Newton's method fails, the blocks move against a viscous damping η until they are in equilibrium again, or
+until they have moved by more than ``far``, which counts as collapse. A time step of the implicit Euler method
+solves
 
-    (2)  r(d) - η B k Bᵀd = 0,
+    (2)  r(d) - η B k Bᵀd = 0
 
-solved by Newton's method until the residual is half of the forces out of balance at the start.
-The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
-open, close, slip or stick so that no iteration is, the step is halved until the residual of the first
-direction is so small. The damping falls after whole steps and grows after parts.
+by Newton's method until the residual is at most half of the unbalanced forces at the start of the step. The
+first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Contacts may open,
+close, slip or stick, so that no iteration is enough. Then the direction of the first iteration is halved
+until its residual is small enough. The damping decreases after a complete step and increases after a
+shortened one.
 """
 
 from dataclasses import dataclass
@@ -39,8 +40,8 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of a load history: trial forces that the contacts remember, and displacements of the blocks."""
 
-    trial: np.ndarray  #: shape (3, m)
-    d: np.ndarray  #: shape (3b,)
+    trial: np.ndarray  #: trial forces, shape (3, m)
+    d: np.ndarray  #: displacements, shape (3b,)
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Equilibrium:
     """State of equilibrium, with the forces of the contacts."""
 
     state: BlockState
-    response: Response  #: of the contacts
+    response: Response  #: response of the contacts
     by_motion: bool  #: True if Newton's method failed and the blocks came to rest after a damped motion
 
 
@@ -64,29 +65,29 @@ class Collapse:
 class SlowMotion:
     """Damped motion that reached neither equilibrium nor collapse within ``motion_solves`` linear solves."""
 
-    state: BlockState  #: at the end
+    state: BlockState  #: state at the end of the motion
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Displacements from a state, with the response of the contacts and the residuals."""
+    """Displacement of the blocks from a state, with the response of the contacts and the residuals."""
 
     state: BlockState
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: residual of eq. (2), or without damping of eq. (1), shape (3b,)
+    residual: np.ndarray  #: residual of eq. (2); without damping, residual of eq. (1); shape (3b,)
 
 
 class EquilibriumSolver:
-    """Solver of equations (1) and (2) for one problem.
+    """Solver for the equilibrium, eq. (1), and the damped motion, eq. (2), of the blocks of one problem.
 
     Attributes
     ----------
     mean_force: mean contact force under the dead load.
     iterations: number of linear solves so far.
-    factorisations: number of factorisations so far. A tangent that is the same as the last one is not
-        factorised again.
+    factorisations: number of factorisations so far. If the tangent has not changed, its last factors are
+        used again.
     """
 
     def __init__(
@@ -96,10 +97,10 @@ class EquilibriumSolver:
         compliance: np.ndarray | None = None,
         matrix: StiffnessMatrix | None = None,
     ) -> None:
-        """Set up contact law and matrix.
+        """Set up the contact law and the stiffness matrix.
 
-        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. A matrix of
-        another problem is used again if it suits the contacts.
+        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. The matrix
+        of another problem is reused if its joints and their stiffness are equal.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem, self.settings)
@@ -113,7 +114,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement; forces (3c + t,) are in the problem's order."""
+        """Return a state without displacement and with given forces (3c + t,), by default without forces."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -121,10 +122,10 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Start from a state and return the equilibrium of the blocks under a load (3b,), or their collapse.
+        """Find the equilibrium of the blocks under a load (3b,), starting from a state, or their collapse.
 
-        Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
-        beyond ``far`` does not count: joints that are not quite parallel jam there.
+        Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
+        beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
         """
         found = self.find_equilibrium(state, load, predictor)
         return self.move(state, load) if found is None else found
@@ -139,7 +140,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion, eq. (2), to equilibrium, collapse, or the largest number of solves."""
+        """Follow the damped motion, eq. (2), to equilibrium, to collapse, or to the limit of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -171,7 +172,7 @@ class EquilibriumSolver:
         return change
 
     def size_of_motion(self, displacement: np.ndarray) -> float:
-        """Return the root mean square of the motions of all contacts, in elastic displacements."""
+        """Return the size of a displacement: the r.m.s. motion of all contacts, in elastic displacements."""
         return self.size(self.trial_change(displacement))
 
     def size(self, forces: np.ndarray) -> float:
@@ -180,12 +181,12 @@ class EquilibriumSolver:
         return sqrt(float(flat @ flat) / flat.size) / self.mean_force
 
     def unbalanced(self, response: Response, load: np.ndarray) -> np.ndarray:
-        """Return the forces out of balance, shape (3b,)."""
+        """Return the unbalanced forces of the blocks, shape (3b,)."""
         left: np.ndarray = self.matrix.B @ response.forces.ravel() + load
         return left
 
     def is_balanced(self, unbalanced: np.ndarray, load: np.ndarray) -> bool:
-        """Return True if forces out of balance are negligible."""
+        """Return True if unbalanced forces are negligible under a load."""
         return self.size(unbalanced) <= self._negligible(load)
 
     def factors(self, tangent: np.ndarray, damping: float) -> Factors:
@@ -209,7 +210,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the displacement beyond which blocks count as collapsed under a load (3b,)."""
+        """Return the size of the displacement beyond which blocks count as collapsed under a load (3b,)."""
         return self.settings.far * max(1.0, self.size(load))
 
     def _negligible(self, load: np.ndarray) -> float:
@@ -218,7 +219,7 @@ class EquilibriumSolver:
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
         """Return a motion of the blocks that no contact resists; None if contacts resist every motion.
 
-        The damping, which is that of the contacts, does not slow such a motion.
+        Damping cannot slow a motion without resistance, because only the contacts are damped.
         """
         response = self.law.respond(state.trial)
         unbalanced = self.unbalanced(response, load)
@@ -237,7 +238,7 @@ class EquilibriumSolver:
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
         """Return a displacement of size ``far`` along a mechanism; None if the motion may still stop.
 
-        Without damping these forces cause a displacement that is this large only along a mechanism.
+        Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
         """
         far = self.far(load)
         motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)
@@ -251,8 +252,8 @@ class EquilibriumSolver:
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
         """Return an implicit Euler step of eq. (2), and the share of the step that was taken.
 
-        Newton's method goes on as long as each iteration halves the residual. If it fails, the step is a part
-        of the first iteration; None if that part is too short.
+        Newton's method continues as long as each iteration halves the residual. If the method fails, the
+        direction of the first iteration is shortened. The step is None if it would become too short.
         """
         size = self.size(start.unbalanced)
         limit = 2 * size
@@ -274,7 +275,7 @@ class EquilibriumSolver:
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
         """Halve a time step until the tangent predicts the forces well; return the step and its share.
 
-        The tangent predicts that forces out of balance change linearly to those that the damping balances.
+        The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """
         enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual
@@ -310,7 +311,7 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the response of the contacts to a displacement (3b,) from a state."""
+        """Return the response of the contacts to a displacement (3b,) from a state, with the residuals."""
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)

@@ -1,13 +1,14 @@
 """Method "incremental": the incremental load factor, at which equilibrium is lost as the live load is raised.
 
-Coulomb's problem has many states. Elastic contacts and a load history from rest single one out. The analysis
-(:mod:`~masonry_opt.methods.incremental.analysis`) ends in one of four ways:
+Coulomb's problem has many collapse states. Elastic contacts and a load history from rest select one of them.
+The analysis (:mod:`~masonry_opt.methods.incremental.analysis`) ends in one of four ways:
 
-1. Collapse with an exact state, whose load factor lies between the load carried and the one not carried.
-2. Collapse within a range: these two loads alone are known. An exact state in which the blocks move on under
-   a lower load is the answer if there is one, and the load carried is the largest of the history.
-3. No limit: the response stays linear while the load grows without end.
-4. Undecided, as where the blocks still move after many steps.
+1. Collapse with an exact state: its load factor is between a load with equilibrium and a load without.
+2. Collapse within a range: only these two loads are known. The answer is an exact state in which the blocks
+   continue to move under a lower load, if such a state is found. Otherwise it is the largest load with
+   equilibrium.
+3. No limit: the response remains linear while the load grows without bound.
+4. Undecided, for example because the blocks still move after many steps.
 """
 
 from collections.abc import Iterable
@@ -41,9 +42,9 @@ class IncrementalOptions(Options):
 
     Attributes
     ----------
-    curve: True to tell the load–displacement curve too, as ``result.curve``.
-    spread: number of draws of the contacts' stiffness, and of the self-stress under the dead load, of which
-        the least and the largest incremental load factor are told too.
+    curve: True to return the load–displacement curve too, as ``result.curve``.
+    spread: number of random draws of the contacts' stiffness, and of the self-stress under the dead load. The
+        result then also has the least and the largest incremental load factor of the draws.
     settings: numbers that control the analysis.
     """
 
@@ -53,7 +54,7 @@ class IncrementalOptions(Options):
 
 
 def incremental(task: Task) -> Solution:
-    """Return the state at which equilibrium is lost as the live load is raised from rest."""
+    """Raise the live load from rest until equilibrium is lost, and return the state of the collapse."""
     options, effort = task.options or IncrementalOptions(), task.effort
     effort.begins("incremental analysis")
     effort.uses(task.solver.name, "incremental analysis")
@@ -77,7 +78,7 @@ def incremental(task: Task) -> Solution:
 
 
 def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solution:
-    """Return the solution of an analysis, with the status and reasons that follow from its end."""
+    """Convert the result of an analysis to a solution with a status and reasons."""
     steps = len(result.history.steps)
     solution = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
     if result.end is End.UNSTABLE:
@@ -120,7 +121,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return the exact state in which part of the dead load makes the scene fall; None if none is found."""
+    """Return an exact state in which the dead load or a part of it causes collapse; None without one."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -133,7 +134,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Mark a solution that has a load history as one that shows its load–displacement curve."""
+    """Return a solution that shows its load–displacement curve if it has a load history."""
     history = solution.load_history
     if history is None:
         return solution
@@ -144,7 +145,8 @@ def _with_curve(solution: Solution) -> Solution:
 def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
     """Return the ranges of the incremental load factor for random stiffness and for random self-stress.
 
-    A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
+    A draw of self-stress is a vertex of the set of forces that balance the dead load, or a weighted mean of
+    two vertices.
     """
     rng, deviation = np.random.default_rng(0), analysis.solver.settings.stiffness_deviation
     stiffness, by_stiffness = _range(analysis.with_random_stiffness(deviation, rng) for _ in range(draws))
@@ -166,7 +168,7 @@ def _stressed(
 
 
 def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
-    """Return the least and the largest incremental load factor, and the number of histories that collapse."""
+    """Return the least and the largest incremental load factor, and the number of analyses that have one."""
     ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
     found = [load_factor for load_factor in ends if load_factor is not None]
     return ((min(found), max(found)) if found else None), len(found)

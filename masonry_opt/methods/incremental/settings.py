@@ -5,18 +5,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class IncrementalSettings:
-    """Settings of the incremental analysis. Most users need only the first three.
+    """Settings of the incremental analysis. Most users need only the first three settings.
 
     The mean contact force is that under the dead load. An *elastic displacement* is the closing of a joint of
-    mean length, in space of mean area, under the mean contact force.
+    mean length (in space: mean area) under the mean contact force.
     """
 
-    #: Largest gap between the load factor that is carried and the one that is not, if no exact state lies
-    #: between them, relative to the load factor. The increment after a damped motion is equally large. If
-    #: this value is smaller, the search takes more steps; if it is larger, the range is wider.
+    #: Largest difference between a load factor with equilibrium and a load factor without, if there is no
+    #: exact state between them, relative to the load factor. The increment after a damped motion has this
+    #: size too. If this value is smaller, the search takes more steps; if it is larger, the range is wider.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
-    #: are more increments; with a larger value contacts that slip to and fro may lead to another equilibrium.
+    #: are more increments; with a larger value contacts that slip back and forth may lead to another
+    #: equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, in elastic displacements. For loads that
     #: exceed the mean contact force, the displacement is multiplied by their ratio. If this value is smaller,
@@ -24,65 +25,66 @@ class IncrementalSettings:
     #: parallel may jam first.
     far: float = 1e4
 
-    #: Largest number of joints (in space, of contacts) of scenes for which other methods also compute the
-    #: incremental load factor. On larger scenes it would take many minutes.
+    #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
+    #: incremental load factor. On larger scenes the computation would take many minutes.
     most_joints: int = 3000
 
-    #: Smallest increment, relative to the load factor. The search also ends if an exact state lies in a range
-    #: that is no wider. If this value is smaller, there are more increments near collapse; if it is larger,
-    #: the load history is less accurate near collapse.
+    #: Smallest increment, relative to the load factor. The search also ends if there is an exact state in a
+    #: range of this width. If this value is smaller, there are more increments near collapse; if it is
+    #: larger, the load history is less accurate near collapse.
     smallest_increment: float = 1e-2
     #: Largest number of increments. With a smaller number an analysis without a limit of the load ends
-    #: sooner, but long load histories may remain undecided.
+    #: earlier, but long load histories may remain undecided.
     increments: int = 2000
-    #: The load has no limit if it can grow by this factor without a change at any contact. Without such a
-    #: proof the load is raised up to this multiple of the mean contact force. If the factor is smaller, a
-    #: change under a very large load may be missed; if it is larger, wedged scenes without a proof take
-    #: longer.
+    #: The load counts as unlimited if it can grow by this factor without a change at any contact. Otherwise
+    #: the load is raised up to this multiple of the mean contact force. If the factor is smaller, a change
+    #: under a very large load may be missed; if it is larger, the analysis of wedged scenes may take longer.
     unbounded: float = 1e5
 
     #: Largest unbalanced force at equilibrium, relative to the mean contact force or to the load, whichever
-    #: is larger. With a smaller value Newton's method takes more iterations; with a larger value errors add
-    #: up over the load history.
+    #: is larger. With a smaller value Newton's method takes more iterations; with a larger value errors
+    #: accumulate over the load history.
     equilibrium: float = 1e-9
-    #: Largest number of iterations of Newton's method. With fewer iterations the damped motion begins more
-    #: often; with more iterations solves that fail take longer.
+    #: Largest number of iterations of Newton's method. With fewer iterations the method fails more often, and
+    #: a slower damped motion replaces it; with more iterations unsuccessful solves take longer.
     newton_iterations: int = 20
     #: Largest number of halvings of a Newton step that does not reduce the residual, and of a time step that
-    #: is too long. With fewer halvings the damped motion begins more often; with more halvings solves that
-    #: fail take longer.
+    #: is too long. With fewer halvings Newton's method fails more often, and a slower damped motion replaces
+    #: it; with more halvings unsuccessful solves take longer.
     halvings: int = 4
 
     #: Factor by which the damping decreases after a complete time step, and increases after a shortened one.
     #: With a smaller factor the motion takes more steps; with a larger factor more steps must be shortened.
     acceleration: float = 4.0
-    #: Largest number of linear solves of a motion. If the motion then is neither at rest nor beyond ``far``,
-    #: it is undecided if the load is carried. With a smaller number slow slides remain undecided; with a
-    #: larger number they take longer.
+    #: Largest number of linear solves of a damped motion. If the blocks are then neither at rest nor beyond
+    #: ``far``, the analysis cannot decide between equilibrium and collapse. With a smaller number slow slides
+    #: remain undecided; with a larger number they take longer.
     motion_solves: int = 1000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
     #: fewer solves an exact state is found for fewer collapses in space, where directions of slip change;
     #: with more solves collapses without an exact state take longer.
     exact_solves: int = 4
-    #: Blocks can move without moving any joint if contacts that all stick leave more than this share of the
-    #: unbalanced forces unresisted. With a smaller share rounding errors may look like such a motion; with a
-    #: larger share the motion of a few small blocks may be missed.
+    #: Blocks count as free to move without moving any joint if more than this share of the unbalanced forces
+    #: remains when all contacts stick. With a smaller share rounding errors may look like a free motion; with
+    #: a larger share the motion of a few small blocks may be missed.
     unresisted: float = 1e-3
-    #: A motion has no end if the unbalanced forces change by less than this share along the motion up to
-    #: ``far``. With a smaller share endless motions are recognised later; with a larger share a contact that
-    #: stops the blocks may be missed.
+    #: A motion counts as endless if the unbalanced forces change by less than this share along the motion up
+    #: to ``far``. With a smaller share endless motions are recognised later; with a larger share a contact
+    #: that stops the blocks may be missed.
     steady: float = 1e-2
-    #: Relative size of rounding errors: of a joint's distance from its friction limit, of a force (relative
-    #: to the mean contact force), and of the motion of joints (relative to that of the blocks). If this value
-    #: is smaller, rounding errors count; if it is larger, joints near their friction limit slide too early.
+    #: Relative size of rounding errors of three quantities: the distance of a joint from its friction limit,
+    #: a force (relative to the mean contact force), and the motion of joints (relative to that of the
+    #: blocks). If this value is smaller, rounding errors affect the result; if it is larger, joints near
+    #: their friction limit slide too early.
     rounding: float = 1e-9
     #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
-    #: stiffness. If this value is smaller, matrices of free blocks are singular except for rounding errors;
-    #: if it is larger, mechanisms are less exact.
+    #: stiffness. If this value is smaller, matrices of free blocks are nearly singular; if it is larger,
+    #: mechanisms are less exact.
     regularisation: float = 1e-14
-    #: Largest half-bandwidth of matrices that are factorised as banded matrices, as in the plane. Matrices
-    #: with a larger half-bandwidth are factorised as sparse matrices. The choice affects only the time.
+    #: Largest half-bandwidth of matrices that are factorised as banded matrices, which are typical of plane
+    #: scenes. Matrices with a larger half-bandwidth are factorised as sparse matrices. The choice affects
+    #: only the time.
     narrow_band: int = 200
-    #: Standard deviation of the logarithm of a contact's stiffness, in the draws of option "spread". If
-    #: larger, the contacts differ more.
+    #: Standard deviation of the logarithm of a contact's stiffness in the random draws of option "spread".
+    #: With a larger value the contacts differ more.
     stiffness_deviation: float = 0.5

@@ -1,8 +1,8 @@
 """The stiffness matrix of the blocks, S = B J k Bᵀ, and its factors.
 
 J is the tangent of the contact law and k the elastic stiffness. The entries of S are a fixed linear
-function of those of J k, so that each assembly is one sparse product. The order of the unknowns is found
-once.
+function of the entries of J k, so that each assembly is one sparse product. The order of the unknowns is
+computed only once.
 """
 
 from typing import Protocol
@@ -26,7 +26,7 @@ class Factors(Protocol):
 
 
 class StiffnessMatrix:
-    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ; assembled and factorised for a tangent J and damping η."""
+    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ of the blocks, for a tangent J and a damping η."""
 
     def __init__(
         self, problem: Problem, law: ContactLaw, settings: IncrementalSettings | None = None
@@ -39,7 +39,7 @@ class StiffnessMatrix:
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt = self.B.T.tocsr()
         self.size = B.shape[0]
-        # Each pair of entries of B in columns of one joint adds to one entry of S.
+        # Two entries of B in columns of one joint contribute to one entry of S. Collect all these pairs.
         kind, joint = np.divmod(column, m)
         of_joints = sp.csr_array((np.ones(B.nnz), (np.arange(B.nnz), joint)), shape=(B.nnz, m))
         first, second = (of_joints @ of_joints.T).nonzero()
@@ -62,17 +62,17 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if this object suits a problem: its joints and elastic stiffness are equal."""
+        """Return True if a problem has the joints and the elastic stiffness of this matrix."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
-        """Return the factors for a tangent of the contact law, shape (3, 3, m), and a damping."""
+        """Factorise the matrix for a tangent of the contact law, shape (3, 3, m), and a damping."""
         stiffness = self._assembly @ tangent.ravel()
         return self._order.factorise(stiffness + damping * self._elastic + self._regularisation)
 
 
 class Band:
-    """Order of the unknowns in which the matrix is banded (reverse Cuthill-McKee), factorised by LAPACK."""
+    """Banded factorisation by LAPACK, with the unknowns in reverse Cuthill-McKee order."""
 
     def __init__(self, rows: np.ndarray, columns: np.ndarray, size: int) -> None:
         pattern = sp.csr_array((np.ones(len(rows)), (rows, columns)), shape=(size, size))
@@ -81,7 +81,7 @@ class Band:
         row, column = place[rows], place[columns]
         self.width = int(np.abs(row - column).max(initial=0))
         self._size = size
-        # LAPACK stores columns one after another, with additional rows for pivoting above the band.
+        # LAPACK stores the columns one after another, with additional rows above the band for pivoting.
         self._at = column * (3 * self.width + 1) + 2 * self.width + row - column
 
     def factorise(self, values: np.ndarray) -> "BandFactors":
@@ -109,7 +109,7 @@ class BandFactors:
 
 
 class SparseOrder:
-    """Order of the unknowns with little fill (minimum degree), in which SuperLU factorises the matrix."""
+    """Sparse factorisation by SuperLU, with the unknowns in minimum-degree order, which limits fill-in."""
 
     def __init__(self, rows: np.ndarray, columns: np.ndarray, size: int) -> None:
         pattern = sp.csc_matrix((np.ones(len(rows)), (rows, columns)), shape=(size, size))
@@ -129,7 +129,8 @@ class SparseOrder:
     @staticmethod
     def _factors(matrix: sp.csc_matrix, order: str) -> "sp.linalg.SuperLU":
         options = {"SymmetricMode": True}
-        # On these matrices supernodes and panels of one column are 1.2 to 2.6 times as fast as the defaults.
+        # Supernodes and panels of one column are 1.2 to 2.6 times as fast as the defaults on stiffness
+        # matrices.
         return splu(matrix, order, diag_pivot_thresh=0.01, relax=1, panel_size=1, options=options)
 
 

@@ -1,4 +1,6 @@
-"""The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2, with its exact end and its remedies.
+"""The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2, and its extensions.
+
+The extensions are an exact state at the end, and remedies for runs that fail.
 
 - ``steps``: the six steps of the paper.
 - ``run``: one run of the loop; when it stops, and the exact state in which it ends.

@@ -22,7 +22,7 @@ class Shortfall(StrEnum):
     """Reasons to reject the load factor of a converged run as long as untried remedies remain."""
 
     INEXACT = "converged to no exact state"
-    ROUGH = "converged to a large tolerance; the flow rule has no influence"
+    ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
 
 
 #: Failures of a run: a status without convergence, or a shortfall of a converged run.
@@ -61,7 +61,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Return the next attempt, with the paper's cohesive start (section 6.3); None if already tried.
 
-    Dilatancy cannot lock this start.
+    Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
     return None if last.parameters.start == "cohesive" else _with(last, "start", "cohesive")
 
@@ -73,15 +73,15 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return the next attempt, with another value of one option; its ``remedy`` names option and value."""
+    """Return the next attempt, in which one option has another value, which ``remedy`` records."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: For each failure, the remedies in the order in which they are tried, each once. Each remedy solves a scene
-#: of the failure atlas. A change of the small cohesion is no remedy: it solved 3 of 193 scenes, which method
-#: "coulomb" also solves.
+#: For each failure, the remedies in the order in which they are tried, each once. Each of them solves at
+#: least one of the test scenes on which a run fails. A change of the small cohesion is not among the
+#: remedies: it solved 3 of 193 scenes, which method "coulomb" also solves.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -95,7 +95,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """A finished run of the loop."""
+    """A finished run of the loop, with its parameters."""
 
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution
@@ -114,7 +114,7 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Return the solution of the paper's loop for the joints' own flow rule (Coulomb: no dilatancy).
+    """Return the solution of the paper's loop, for the joints' own flow rule (Coulomb: no dilatancy).
 
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.
@@ -155,7 +155,8 @@ def nonassociative(task: Task) -> Solution:
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
     """Return the driver of the sub-problems, compiled for a solver and a tolerance."""
-    # In units of the load, errors of a rough solution do not grow with the size of the scene.
+    # Rough solutions are computed in units of the load, so that errors do not grow with the size of the
+    # scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
@@ -165,7 +166,7 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
     """Return the next attempt, which applies the next remedy for the failure of the last run.
 
-    None is returned if the last run is final, or if no remedy that the options permit remains.
+    None is returned if the last run did not fail, or if the options permit no further remedy.
     """
     last = runs[-1]
     for remedy in remaining.get(last.failure, ()):
@@ -181,12 +182,13 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
 
     It is the solution of
 
-    - the last run, if that run is final, or if only less slope was wanted and every sub-problem had a state;
+    - the last run, if it did not fail;
+    - the last run too, if option ``remedies`` is "slope" and every sub-problem of the run has an optimum;
     - otherwise the first run whose load factor is within the limits of acceptance;
     - otherwise the first run.
 
-    ``least`` is the reason that names the least certified load factor of a sub-problem. It is added if the
-    run did not converge.
+    ``least`` is a reason that states the least certified load factor of a sub-problem. It is added if the run
+    did not converge.
     """
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)

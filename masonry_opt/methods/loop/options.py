@@ -9,9 +9,9 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: Options of the preset "paper": the values of the paper's section 5, without exact end and without most
-#: remedies. The paper does not discuss sub-problems without a state; after such a sub-problem the loop starts
-#: again with a smaller slope.
+#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end and
+#: without most remedies. The paper does not discuss infeasible sub-problems; after an infeasible sub-problem
+#: the loop starts again with a smaller slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -47,9 +47,10 @@ class LoopOptions(Options):
         - "accurate": the parameters of section 5 (alpha 0.3, halved; beta 0.6). Sub-problems are solved with
           the solver's usual tolerance.
         - "rough": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of sub-problems solved to 1e-4, in
-          units of the load. The series ends as soon as exact forces leave next to no energy in a mechanism
-          near its last one. The load factor may be lower or higher than with accurate sub-problems: on the
-          walls of Table 1 from 3 % below to 16 % above. Other methods start from accurate sub-problems.
+          units of the load. The series ends as soon as exact forces are found with almost no energy z·p in a
+          mechanism near the last one. The load factor may be lower or higher than with accurate sub-problems:
+          on the walls of Table 1 from 3 % below to 16 % above. Method "mpec" always starts from accurate
+          sub-problems.
     alpha: first slope of the contracting shear limit, relative to μ: a small value, 0 ≤ alpha ≤ 1.
     alpha_min: smallest slope, relative to μ. The slope shrinks to this value and then stays constant (the
         last step may undershoot it once).
@@ -58,17 +59,17 @@ class LoopOptions(Options):
     c0: small cohesion, relative to the largest normal force of the first sub-problem in the joint's connected
         component. This force counts up to 1000 times the largest force on the joint's own blocks.
     start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
-    trial_cohesion: cohesion of the cohesive start, in median block weights. It is raised while no state
-        exists.
+    trial_cohesion: cohesion of the cohesive start, in median block weights. It is raised as long as the first
+        sub-problem is infeasible.
     max_iterations: largest number of sub-problems in a run of the loop.
-    always: True to run the loop even if the associative answer obeys the joints' own flow rule. A lower load
-        factor may exist elsewhere in the scene.
+    always: True to run the loop even if the associative answer obeys the joints' own flow rule. The loop may
+        then find a lower load factor.
     finish: True to end with exact forces. One more linear program finds forces with the moving faces at
         yield, and with the nearest load factor. After rough sub-problems two programs are solved. The first
         finds forces that leave least energy in faces that move without being at yield. The second finds the
         mechanism that leaves least energy for these forces.
-    remedies: changes that are tried if a run of the loop fails: "all", "slope" (only less slope, after a
-        sub-problem without a state), or "none". A rough associative answer is always solved accurately.
+    remedies: changes that are tried if a run of the loop fails: "all", "slope" (only a smaller slope, after
+        an infeasible sub-problem), or "none". A rough associative answer is always solved again accurately.
     revise: function that replaces the rule for the shear limits (section 6.4). It takes a
         :class:`~masonry_opt.methods.loop.steps.LimitUpdate` and returns the next ``ShearLimits``.
     """
@@ -91,7 +92,7 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Return options in which the preset "paper" supplies the values that the user did not set."""
+        """Return the options, to which the preset "paper" adds values that the user did not set."""
         has_preset = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if has_preset else given
 
@@ -104,7 +105,7 @@ class LoopOptions(Options):
 
 
 class LoopParameters(LoopOptions):
-    """Parameters of one run: the options of the loop, with defaults for the scene and the solver."""
+    """Parameters of one run of the loop: its options, with defaults that suit the scene and the solver."""
 
     alpha: float
     beta: float

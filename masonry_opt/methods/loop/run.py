@@ -22,12 +22,12 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy error of sliding joints, relative to λ, below which an early exact end is tried. A smaller value
-#: needs more sub-problems: on façades two to three times as many with 1e-3. ``MOST_ENERGY`` limits the energy
-#: error of the exact end.
+#: Energy error of sliding joints, relative to λ, below which a run with rough sub-problems tries to end early
+#: with an exact state. A smaller value needs more sub-problems: on façades two to three times as many with
+#: 1e-3. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
 _NEARLY_TRUE = 5e-3
 
-#: Number of sub-problems between two attempts at an early exact end.
+#: Number of sub-problems between two attempts of a run to end early with an exact state.
 _PAUSE = 2
 
 #: Number of successive doublings of λ after which the loop counts as divergent.
@@ -45,15 +45,17 @@ _GROWN = 1e3
 #: Largest number of sub-problems in a cycle that the loop can detect.
 LONGEST_PERIOD = 6
 
-#: Largest drift of λ from one cycle to the next, relative to the range of λ in a cycle. With a larger value
-#: slowly damped oscillations count as cycles.
+#: Largest drift of λ from one cycle of the loop to the next, relative to the range of λ in a cycle. With a
+#: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
 #: Shares of the largest rate above which a face counts as moving. The first share exceeds the rates that
-#: solvers return for zero. The second share is tried if the first leads to no exact state, as in some cycles.
+#: solvers return for zero. The second share is tried if the first leads to no exact state, which happens in
+#: some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-_EXACT_END_PURPOSE = "exact end"  #: Name in a result's ``solvers`` for the programs of the exact end.
+#: Purpose of the programs that find the exact state at the end of a run, in the ``solvers`` of a result.
+_EXACT_END_PURPOSE = "exact end"
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,8 @@ class Iteration:
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
-    #: energy that the same slips dissipate with the true shear limits (the paper's corrected energy), in
-    #: units of λ
+    #: energy that these slips dissipate with the true shear limits (the paper's corrected energy), in units
+    #: of λ
     coulomb_sliding: float
     #: error of the dissipated energy, in units of λ: the sum over all joints of |energy in the sub-problem −
     #: energy with the true shear limits|, without the small cohesion
@@ -106,9 +108,9 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
 
 
 class Run:
-    """One run of the loop.
+    """One run of the loop of linear programs.
 
-    The driver solves a static model, of which only the shear limits are changed.
+    The driver solves a static model; from one sub-problem to the next only its shear limits change.
     """
 
     def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
@@ -121,7 +123,8 @@ class Run:
         self.next_try = 0
         #: True if the run ends as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is the associative one; in rough runs it differs by up to 0.4 %.
+        #: True if the first load factor is the associative load factor. With rough sub-problems the first
+        #: load factor differs from it by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -159,8 +162,7 @@ class Run:
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
         """Return the associative answer if it obeys the joints' own flow rule; otherwise return None.
 
-        An associative answer that obeys the flow rule ends the run. None is returned for a cohesive start and
-        with the option ``always``.
+        None is also returned for a cohesive start and with the option ``always``.
         """
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
@@ -182,8 +184,8 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Runs that may end early pause between two attempts at an exact end; other runs end when λ has
-            # converged.
+            # Runs that may end early skip a few sub-problems between two attempts to find an exact state.
+            # Other runs end when λ has converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -218,8 +220,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # Sliding joints contract in a sub-problem. In joints of limited strength the contraction may be
-        # crushing instead, so that a second program is tried.
+        # Sliding joints contract in a sub-problem. In joints of limited strength this contraction may also be
+        # crushing, so that the programs for rough sub-problems are tried too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -241,8 +243,8 @@ class Run:
 def obeys_own_flow(problem: Problem, state: State) -> bool:
     """Return True if an associative state also obeys the joints' own flow rule.
 
-    Sliding then dissipates no energy beyond what dilatancy explains. Without dead load and cohesion λ is zero
-    under any flow rule, and True is returned.
+    This is so if sliding dissipates no energy, neither by cohesion nor by friction that exceeds dilatancy.
+    Without dead load and cohesion λ is zero under any flow rule, and True is returned.
     """
     n = problem.normal_forces(state.q)
     limits = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion)
@@ -254,12 +256,12 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
 def diverges(load_factors: Sequence[float]) -> bool:
     """Return True if the load factor grows without bound.
 
-    It does if λ more than doubles several times in a row, or if it rises steadily to many times the first
-    value. See the constants of this module.
+    The load factor counts as unbounded if it more than doubles several times in a row, or if it rises
+    steadily to many times its first value. See the constants of this module.
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if the last values are positive and each exceeds the last one by a share ``rise``."""
+        """Return True if the last values are positive, and each exceeds its predecessor by ``rise``."""
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
@@ -271,8 +273,8 @@ def diverges(load_factors: Sequence[float]) -> bool:
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
     """Return the number of sub-problems per cycle if the loop repeats itself; 0 without a cycle.
 
-    In a cycle the load factors return twice, the normal forces return once, and the range of λ hardly
-    shrinks. ``normal`` are the normal forces of up to ``LONGEST_PERIOD`` + 1 last sub-problems.
+    In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
+    shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.
     """
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
@@ -292,8 +294,8 @@ def accurate_end(
 ) -> Answer | None:
     """Return the exact state that has the mechanism of an accurate sub-problem and the λ closest to ``near``.
 
-    None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not belong
-    together.
+    None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not form one
+    collapse state.
     """
     scaled = in_units_of_live_load(problem)
     for share in _MOVING_RATE_SHARES:
@@ -310,10 +312,10 @@ def accurate_end(
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Return the exact state near a rough solution of a sub-problem; None if no such state is found.
 
-    In a rough solution no rate is zero, so that the moving faces are not known. The first program finds
-    forces of low λ that leave little energy z·p for these rates. The second program finds the mechanism of
-    the true flow rule that leaves least energy for these forces. If it has no optimum, the mechanism of the
-    sub-problem is used.
+    In a rough solution no rate is exactly zero, so that the moving faces are not known. The first program
+    finds forces of low λ that leave little energy z·p for the rates of the solution. The second program finds
+    the mechanism of the true flow rule that leaves least energy for these forces. If the second program has
+    no optimum, the mechanism of the sub-problem is used.
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
@@ -330,8 +332,8 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
 def belong_together(answer: Answer) -> bool:
     """Return True if the forces and the mechanism of an answer form one collapse state.
 
-    The energy z·p is then at most MOST_ENERGY, relative to λ. The violation of the flow rule is within the
-    limit for answers of the loop.
+    For this, the energy z·p must not exceed ``MOST_ENERGY``, relative to λ, and the violation of the flow
+    rule must be within the limit for answers of the loop.
     """
     largest_energy = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
     certificate = answer.certificate

@@ -26,7 +26,7 @@ _DWARFS = 1e3
 
 @dataclass(frozen=True)
 class SubProblem:
-    """Linear program of one iteration of the loop, with its optimum."""
+    """Linear program of one iteration of the loop (a sub-problem), with its optimum."""
 
     number: int  #: number of the sub-problem in its run, from 1
     solved: Solved  #: status and time of the solver
@@ -86,7 +86,8 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # The first trial cohesion is arbitrary. It is raised while it is too small to carry the dead load.
+        # The first trial cohesion is arbitrary. It is raised as long as the first sub-problem is infeasible,
+        # because it is then too small to carry the dead load.
         for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
                 break
@@ -104,7 +105,7 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            # End with the smallest α, because sliding joints contract by α μ.
+            # Use the smallest α for the last sub-problems, because sliding joints contract by α μ.
             next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
@@ -119,7 +120,7 @@ def sub_problems(
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return the load factor minus the energy that the small cohesion dissipates (step 6)."""
+    """Return the load factor, corrected by the energy that the small cohesion dissipates (step 6)."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
@@ -129,8 +130,8 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
     """Return the normal force to which the small cohesion of each joint is proportional, shape (c,).
 
-    The force is the largest normal force in the joint's connected component. It is at most ``_DWARFS`` times
-    the largest force on the joint's own blocks, so that the small cohesion is small for each joint.
+    The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
+    the largest force on the joint's own blocks. The cohesion is then small for each joint.
     """
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, problem.normal_forces(state.q))

@@ -25,18 +25,18 @@ from masonry_opt.solvers.registry import find_solver
 CLOSE = 1e-9
 #: Model, solver and tolerance of the answers from which bounds are computed, in the order of use.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: Number of joints from which HiGHS, which would take minutes, is not used.
+#: Number of joints from which on HiGHS is not used, because it would take minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 _LEAST_SLACK = 1e-9  #: Least slack of a point that counts as interior.
-_PROJECTIONS = 6  #: Number of projections on the equations; each reduces the remaining rounding errors.
-#: Factor on the step towards the interior point. The excess over 1 absorbs rounding errors.
+_PROJECTIONS = 6  #: Number of projections on the equations; each projection reduces rounding errors.
+#: Factor by which the step towards the interior point is longer than necessary, because of rounding errors.
 _STEP_EXCESS = 1.001
-#: Regularisation that is added to A Aᵀ, which is singular if joints without sliding repeat equations.
+#: Regularisation that is added to A Aᵀ, which is singular if equations of joints that cannot slide coincide.
 _REGULARISATION = 1e-12
 
-#: Friction cones limit · x + c ≥ |(first · x, second · x)|, as (limit, c, (first, second)). The matrices have
-#: the shape (k, x), c has the shape (k,). In the plane there are no cones.
+#: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)).
+#: The matrices have one row for each of k cones, and c has the shape (k,). In the plane there are no cones.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
@@ -44,8 +44,8 @@ _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 class CertifiedBounds:
     """Certified bounds lower ≤ λ ≤ upper of the associative load factor.
 
-    A bound is infinite if no feasible point was found. Both are −∞ if no state of equilibrium carries the
-    dead load alone, and both are +∞ if λ is unlimited.
+    A bound is infinite if no feasible point was found. Both bounds are −∞ if no state of equilibrium carries
+    the dead load alone. Both bounds are +∞ if λ is unlimited.
     """
 
     lower: float = -np.inf
@@ -171,9 +171,9 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     The points satisfy the equations to 1e-11 in units of the load and of the mean velocity, and the
     inequalities exactly. There may be no bound if the inequalities have no interior point.
 
-    The package's own check of the dead load decides if a scene is unstable. HiGHS decides if λ of a small
-    scene is unlimited. In space it uses polygons inside the friction cones: if λ is unlimited with these, it
-    is unlimited with cones too.
+    The package's own check of the dead load decides whether a scene is unstable. HiGHS decides whether λ of a
+    small scene is unlimited. In space it uses polygons inside the friction cones: if λ is unlimited with
+    polygons, it is unlimited with cones too.
     """
     from masonry_opt.stability.diagnosis import (
         falling_mechanism,  # imports modelling languages, which is slow
@@ -231,7 +231,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
     """Return joint rates p for block velocities d, shape (3b,), in the dual program with cones.
 
-    The rates are those of opening, those at limits of forces, and γ and w of slip.
+    The array contains the rates of opening, the rates of forces at their limits, and γ and w of slip.
     """
     opening, *slips = problem.by_kind(problem.motion(d))
     slips = [slip[problem.sliding] for slip in slips]

@@ -1,6 +1,6 @@
 """Function ``compare``: a benchmark of methods and solvers on scenes.
 
-It makes the runs that its journal does not have, judges all runs, and writes tables, charts and a page.
+It makes the runs that are missing in its journal, judges all runs, and writes tables, charts and a page.
 """
 
 import contextlib
@@ -30,7 +30,7 @@ _BOUNDS_TIME = 120.0
 #: Default methods, which take seconds on a wall of Table 1.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
-TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a loose one, and the default of the package.
+TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a large one, and the default of the package.
 OUT = Path("results/compare")  #: Default folder of the results.
 _PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
@@ -65,12 +65,12 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
 
     Parameters
     ----------
-    scenes: case files, or names of those in the folder ``cases``.
+    scenes: paths of case files, or names of case files in the folder ``cases``.
     methods, models, solvers: names of methods, modelling languages and solvers, one or a list.
     cases: folder of the case files; see :func:`~masonry_opt.scene.case_file.case_folder`.
     tolerances: tolerances for the solvers that accept one.
     repeats: number of runs of each combination; times are medians.
-    time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
+    time_limit, memory_limit: largest time in seconds and memory in MB (10⁶ bytes, with libraries) of a run.
     out: folder of results and report.
     force: True to replace files of other programs.
     progress: function called with a line of text before each run.
@@ -85,7 +85,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     CaseError
         If a case file is missing or wrong.
     OptionError
-        If an argument is wrong, if no combination is left, or if ``out`` holds other runs, or files with the
+        If an argument is wrong, if no combination exists, or if ``out`` has other runs, or files with the
         same names from other programs.
     OutputError
         If ``out`` cannot be written.
@@ -116,7 +116,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _listed(argument: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
-    """Return the names of an argument as a list. Raises OptionError if they are neither a name nor a list."""
+    """Return an argument that is a name or a list of names as a list; otherwise raise OptionError."""
     if isinstance(names, str | Path):
         return [names]
     if not isinstance(names, Sequence):
@@ -128,8 +128,8 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
     """Write the files of a comparison, and return their paths.
 
     The files are results.csv and summary.csv. With the extra "studies" there are also charts (PNG and SVG)
-    and report.html. Raises OutputError if the folder cannot be written. Without ``force`` OptionError is
-    raised if the folder has files with these names from other programs.
+    and report.html. Raises OutputError if the folder cannot be written. Raises OptionError if the folder has
+    files with these names from other programs, unless ``force`` is True.
     """
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
     files: dict[str, str | bytes] = {name: csv_text(frame) for name, frame in tables.items()}
@@ -153,7 +153,7 @@ def run_plan(
 ) -> judge.Comparison:
     """Make the runs that are missing in the journal of a folder, and judge all runs; see :func:`compare`.
 
-    ``known`` are exact Coulomb states by scene name, in addition to those of the runs.
+    ``known`` has exact Coulomb states by scene name, which are used in addition to the states of the runs.
     """
     notes: list[str] = []
     journal = Journal(folder, {"columns": digest(runs.COMPARISON_COLUMNS)})
@@ -176,15 +176,18 @@ def run_plan(
     results, best = pd.DataFrame(rows, columns=runs.COMPARISON_COLUMNS), judge.lowest_exact(rows, known or {})
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
-        laws = "static and kinematic with a conic solver limit crushing by the parabola, other runs and the"
-        chords = f"{laws} certified bounds by chords inside it"
-        notes.append(f"{chords}: no error is given for runs by the parabola, on {', '.join(by_parabola)}")
+        notes.append(
+            f"no error is computed for runs with the crushing parabola, on {', '.join(by_parabola)}: methods "
+            "static and kinematic with a conic solver use the parabola, but the certified bounds use chords"
+        )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     without_best = sorted({*coulomb["scene"]} - {*best})
     if without_best:
-        why = "no exact state is known, and no run searches for one: add 'coulomb' or 'mpec' to the methods"
-        notes.append(f"the gap to the best exact state is unknown for {', '.join(without_best)}: {why}")
+        notes.append(
+            f"the gap to the best exact state is unknown for {', '.join(without_best)}, because no exact "
+            "state is known and no run searches for one: add 'coulomb' or 'mpec' to the methods"
+        )
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
     )
@@ -192,7 +195,7 @@ def run_plan(
 
 @dataclass(frozen=True)
 class _JournalRuns:
-    """Runs of a comparison, read from a journal or made and recorded in the journal."""
+    """Runs of a comparison, which are read from a journal, or made and added to the journal."""
 
     journal: Journal
     limits: RunLimits
@@ -200,7 +203,7 @@ class _JournalRuns:
     notes: list[str]  #: list to which notes on missing values are added
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of all runs. Runs that take long or fail are not repeated."""
+        """Yield the rows of all runs. If a run takes long or fails, its repeats are omitted."""
         # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()
@@ -220,14 +223,14 @@ class _JournalRuns:
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
                 end = run_alone(run, limits.time, limits.memory)
                 row = runs.row_of(dict(zip(runs.KEY, identity, strict=True)), end, limits)
-                if end.how != DIED:  # the system may have killed the process for lack of memory
+                if end.how != DIED:  # the system may have killed the process because memory was short
                     self.journal.add(key, row)
             if row["wall"] > judge.REPEATED_BELOW or row["ended"] != FINISHED:
                 not_repeated.add((scene.name, pair))
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a recorded run was killed at a limit of time or memory below the present limit."""
+        """Return True if a recorded run exceeded a limit of time or memory that is now larger."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)

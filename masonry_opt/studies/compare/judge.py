@@ -33,18 +33,18 @@ from masonry_opt.studies.writing import in_words, notebook_html
 #: contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
-ASSOCIATIVE = "associative"  #: Name of the question for the load factor with associative flow.
-COULOMB = "Coulomb"  #: Name of the question for the load factor with the joints' own flow rule.
+ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
+COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
 
 ANSWER = "answer"  #: Claim that the load factor of the run is that of the scene.
-#: Claims of a run about its scene: a load factor, or the reason why there is none. Every other end of a run
-#: (not converged, solver failed, limit exceeded) claims nothing about the scene.
+#: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
+#: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
-REASON_NAMED = "named correctly"  #: Verdict on a run that gives the right reason why no load factor exists.
+REASON_NAMED = "named correctly"  #: Verdict on a run that states correctly why no load factor exists.
 FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
-WRONG = "wrong"  #: The claim is false.
+WRONG = "wrong"  #: Verdict on a run whose claim is false.
 #: Verdicts from best to worst; the first two count as success.
 VERDICTS = (
     CERTIFIED,
@@ -58,7 +58,7 @@ JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the 
 #: this value.
 GAP_FLOOR = SAME
 
-_PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns of a Pair.
+_PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
 #: Columns of a summary that hold the median over the repeats of a run.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]  #: Columns of a summary that are counts.
@@ -81,7 +81,7 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success that follow the columns of the pair.
+#: Columns of the table of success rates, without the columns of the pair.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 #: Headings of table columns whose heading differs from the column's name.
 HEADINGS = {
@@ -118,9 +118,10 @@ class BestKnown(NamedTuple):
 
 
 def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown]:
-    """Return the lowest known exact states of scenes by name, from best_known.toml in a folder.
+    """Read the lowest known exact states of scenes from best_known.toml in a folder, by scene name.
 
-    A scene whose content has changed has no entry. Raises CaseError if the file has another form.
+    Entries of scenes whose content has changed since are omitted. Raises CaseError if the file has another
+    form.
     """
     registry = folder / "best_known.toml"
     best: dict[str, BestKnown] = {}
@@ -131,7 +132,7 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
             if entry is not None and entry["content"] == scene.content:
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(f"{registry}: needs content, load_factor and method of each scene: {error}") from None
+        raise CaseError(f"{registry}: scenes need content, load_factor and method: {error}") from None
     return best
 
 
@@ -143,8 +144,8 @@ def chart_name(question: str) -> str:
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
     """Return the lowest exact Coulomb states by scene name, from known states and from runs.
 
-    In space only runs by the friction cone count. A run that is nearly complementary ends in any exact
-    state. It counts only if the scene has a known state, or another run searched for a low one.
+    In space only runs with the friction cone are used. The state of a nearly complementary run need not be a
+    low one, so it is used only if the scene has a known state, or a state of another kind of run.
     """
     candidates = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
     exact = [row for row in candidates if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
@@ -160,8 +161,8 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
     """Return True for claims that bounds of the associative λ prove, and False for refuted claims.
 
-    The bounds decide the associative question completely. With Coulomb's flow the admissible states of
-    equilibrium are equal, but mechanisms differ. Only two conclusions hold for the Coulomb question:
+    For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
+    equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
 
     - If no admissible state carries the dead load, the scene is unstable.
     - If the load factors of admissible states are bounded, the scene does not carry any load.
@@ -197,13 +198,14 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
     - ``question``: ASSOCIATIVE or COULOMB.
     - ``verdict``: one of VERDICTS.
     - ``reason``: reason of the verdict, as text; "" if the answer is certified.
-    - ``error``: relative distance of λ from the middle of the bounds, at least half of their width; for the
-      Coulomb question from the best exact state, at least GAP_FLOOR. None if unknown.
+    - ``error``: for associative load factors, the relative distance of λ from the middle of the bounds, at
+      least half of their width. For Coulomb load factors, the relative distance from the best exact state,
+      at least GAP_FLOOR. None if it is unknown.
     - ``below``: True if λ is below the best exact state.
 
-    The bounds hold for crushing by chords, and in space for friction cones. They are not applied to a run
-    with the parabola of crushing. For a run with polygons inside the friction cones neither the lower bound
-    nor the claim that λ is unlimited holds.
+    The bounds are valid for crushing by chords, and in space for friction cones. They are not applied to a
+    run with the parabola of crushing. For a run with polygons inside the friction cones, neither the lower
+    bound nor a proof of unlimited λ is applied.
     """
     question, bounds = question_of(row["method"]), bounds or CertifiedBounds()
     if row["crushing"] == "parabola" or (_by_sides(row) and not bounds.finite):
@@ -243,7 +245,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) but need not maximise
-        # λ, so that a load factor below the lower bound is not wrong.
+        # λ. For these states a load factor below the lower bound is not wrong.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
@@ -251,14 +253,14 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
 
 
 def _by_sides(row: Mapping[Any, Any]) -> bool:
-    """Return True if a run limits friction in space by a polygon inside the cone."""
+    """Return True if a run limits friction in space by polygons inside the friction cones."""
     return "polygon" in row["friction_law"]
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Return the residuals of a run that exceed the limits for its kind of answer.
+    """Return the residuals of a run that exceed the limits for its kind of answer, or for ``kind``.
 
-    ``kind`` replaces the kind of the row. A residual that is missing or NaN exceeds the limits.
+    A residual that is missing or NaN counts as exceeding the limits.
     """
     residuals = {name: row[name] for name in CERTIFICATE_RESIDUALS}
     energy = residuals["complementarity"]
@@ -277,8 +279,8 @@ def summary(
 ) -> pd.DataFrame:
     """Return a table with a row for each scene and pair: median times and worst verdict of the repeats.
 
-    ``time`` is that of the solve, in seconds, without the parts that all pairs share: reading the scene and
-    checking its dead load.
+    The column ``time`` is the time of the solve in seconds, without the steps that all pairs have in common:
+    reading the scene and checking its dead load.
 
     Parameters
     ----------
@@ -304,7 +306,7 @@ def summary(
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the best run of each method on each scene, ranked by verdict, error and time.
 
-    Errors up to SAME are equal, and a load factor below the best exact state has no error.
+    Errors up to ``SAME`` count as equal. A load factor below the best exact state counts as exact.
     """
     error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=SAME)
     order = frame.assign(rank=frame["verdict"].map(VERDICTS.index), far=error)
@@ -322,8 +324,8 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table with the number of each verdict over all scenes, one row for each pair and tolerance.
 
-    ``success`` is the share of answers that are certified or named correctly. The median time and the largest
-    error are those of certified answers, ``peak_memory`` (MB) that of all runs.
+    The column ``success`` is the share of answers that are certified or named correctly. The median time and
+    the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
     """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}
@@ -369,16 +371,18 @@ class Comparison:
         """Return the table of success, the omitted combinations, the notes and the warnings as text."""
         lines = []
         if len(self.summary):
-            median = f"median of {counted(self.limits.repeats, 'run')}"
-            long = f"one run where it takes over {REPEATED_BELOW:g} s"
             lines += [self.told.to_string(index=False), ""]
-            lines += [f"{counted(len(self.scenes), 'scene')}; success: share of certified or named runs"]
+            scenes = counted(len(self.scenes), "scene")
+            lines += [f"{scenes}; success is the share of runs that are certified or named"]
             lines += ["named: no load factor exists, and the run reports the correct reason"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"
             ]
             lines += ["time and largest error include only certified answers"]
-            lines += [f"time: {median}; {long}"]
+            lines += [
+                f"time: median of {counted(self.limits.repeats, 'run')}; "
+                f"a run that takes over {REPEATED_BELOW:g} s is not repeated"
+            ]
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

@@ -23,7 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Letters that charts draw for runs that are not certified, by verdict or by exceeded limit.
+#: Letters by which charts mark runs without a certified answer, by verdict or by exceeded limit.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",
@@ -31,22 +31,22 @@ _ENDING_LETTERS = {
     judge.REASON_NAMED: "N",
     judge.FAILED: "F",
 }
-#: Explanations of letters for which the verdict is not clear enough.
-_LETTER_MEANINGS = {"N": "no load factor, and the right reason why"}
+#: Explanations that charts print for letters, if the name of the verdict is not clear enough.
+_LETTER_MEANINGS = {"N": "no load factor exists, and the run states the right reason"}
 
 #: Name of the error in titles, and label of the axis of errors, by question.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
 }
-_GREY = "#777777"  #: Colour of everything behind the marks.
+_GREY = "#777777"  #: Colour of lines, triangles and texts behind the marks of runs.
 _MOST_TICKS = 7  #: Largest number of steps between the ticks of a logarithmic axis.
 #: Columns in the tooltip of a mark.
 _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
-#: Additional columns in the tooltip of a mark, and their names there.
+#: Additional columns in the tooltip of a mark, with the names that the tooltip shows.
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
-#: Selections by a click on a legend, which fade the marks of all other solvers or methods.
+#: Selections of solvers and of methods by a click on the legend, which fades the marks of all others.
 _CHOSEN = [alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")]
 _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value(0.1))
 
@@ -60,7 +60,7 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
 def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     """Return the chart of time against error for one kind of load factor, with a panel for each scene.
 
-    Runs that are not certified are letters in a band at the top.
+    Runs without a certified answer are marked by letters in a band at the top.
     """
     summary = summary.assign(engine=summary["model"] + " · " + summary["solver"])
     rows = summary[summary["question"] == question]
@@ -93,7 +93,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     notes = [f"{letter}: {_LETTER_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
     error_name, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
-        notes.append(f"gaps below {low:g} count as zero and are drawn there")
+        notes.append(f"gaps below {low:g} count as zero and are drawn at this value")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: λ below the best exact state known, drawn at |gap|")
@@ -106,7 +106,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
-    # Only one layer has a legend, because entries of a legend that several layers share cannot be selected.
+    # Only one layer has a legend, because the entries of a legend for several layers cannot be selected.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _FADED, "tooltip": tooltip}
@@ -184,11 +184,11 @@ def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
 
 
 def _answer(row: Mapping[Any, Any]) -> str:
-    """Return text on a run: λ with its error or gap (without λ, the reason), and the time."""
+    """Return a text on a run: λ with its error or gap, or the reason for having no λ, and the time."""
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:
-        # The reason of a run that was not killed repeats the message of the run, which is removed here.
+        # If a run finished, its reason repeats its message, which is removed to shorten the text.
         why = row["reason"].replace(f": {row['message']}", "") if row["ended"] == FINISHED else row["reason"]
         return f"{row['verdict']}: {f'λ {load_factor}: ' if load_factor else ''}{why}; {seconds}"
     if pd.isna(row["error"]):

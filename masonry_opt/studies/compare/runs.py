@@ -26,7 +26,7 @@ from masonry_opt.studies.writing import digest
 from masonry_opt.suitability import refuse_without_live_load
 
 _DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
-#: Columns that identify a run. A run is not repeated if the journal has a run with equal values.
+#: Columns that identify a run. A run is not made again if the journal has a run with equal values.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
@@ -42,7 +42,7 @@ COMPARISON_COLUMNS = (
     *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
 )
 
-_METHOD_TIME_SHARE = 0.8  #: Option ``time_limit`` of a method, relative to the time limit of its run.
+_METHOD_TIME_SHARE = 0.8  #: Share of the time limit of a run that its method receives as ``time_limit``.
 _WARM_UP = Path(
     "gilbert", "two_blocks.toml"
 )  #: Case file of two blocks, which is solved as a warm-up before timing.
@@ -70,28 +70,28 @@ class CaseScene:
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
     """Read the scenes of a comparison, and return them with their names.
 
-    A scene is given as the path of a case file, or as its name in a folder: "ferris_tinloi/wall_1" or
-    "wall_1". Raises CaseError if a case file is missing or wrong. Raises OptionError if a scene has load
-    cases, or if two different files have one name.
+    An entry of ``cases`` is the path of a case file, or the name of a case file in ``folder``, such as
+    "ferris_tinloi/wall_1" or "wall_1". Raises CaseError if a case file is missing or wrong. Raises
+    OptionError if a scene has load cases, or if two different files have the same name.
     """
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
         if scene.load_cases:
-            raise OptionError(f"{path}: has load cases, which cannot be compared: remove this case")
+            raise OptionError(f"{path}: scenes with load cases cannot be compared: remove this case file")
         name = f"{path.resolve().parent.name}/{path.stem}"
         case_scene = CaseScene(name, path, content_of(scene))
         first = scenes.setdefault(name, case_scene)
         if first.content != case_scene.content:
-            raise OptionError(f"{first.path} and {path}: two scenes named '{name}': rename one")
+            raise OptionError(f"{first.path} and {path}: both scenes are named '{name}': rename one of them")
     return tuple(scenes.values())
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene of a comparison, with the warnings about probable mistakes in the scene.
+    """Return a scene of a comparison to which warnings about probable mistakes are added.
 
-    Raises CaseError if no method can solve it: joints are wrong, or moving axles are the only live load.
+    Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """
     assembly = assemble(load(scene.path))
     refuse_without_live_load(assembly)
@@ -101,7 +101,7 @@ def checked(scene: CaseScene) -> CaseScene:
 def content_of(scene: Scene) -> str:
     """Return a hash (12 hexadecimal digits) of all inputs of a scene that influence answers.
 
-    Keys with default values do not count, so that a new key of a later version changes no hash.
+    Keys with default values are ignored, so that new keys of a later version do not change the hash.
     """
     return digest(scene.model_dump(exclude=_DESCRIPTIVE, exclude_defaults=True))[:12]
 
@@ -118,9 +118,9 @@ def _path(case: str | Path, folder: Path) -> Path:
     files = {f"{file.parent.name}/{file.stem}": file for file in sorted(folder.glob("*/*.toml"))}
     named = [name for name, file in files.items() if str(case) in (file.stem, name)]
     if not named:
-        raise CaseError(f"{case}: no such file, and no case in {folder}/ has that name")
+        raise CaseError(f"{case}: this file does not exist, and no case file in {folder}/ has this name")
     if len(named) > 1:
-        raise OptionError(f"'{case}' may be {', '.join(named)}: name one in full")
+        raise OptionError(f"the name '{case}' is ambiguous: write {' or '.join(named)}")
     return files[named[0]]
 
 
@@ -136,7 +136,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class RunPlan:
-    """Combinations of a comparison."""
+    """Combinations of method, model, solver and tolerance that a comparison runs."""
 
     pairs: tuple[Pair, ...]
     #: Method, model and solver of combinations that do not exist, and the reason.
@@ -148,8 +148,9 @@ def plan(
 ) -> RunPlan:
     """Return the combinations of method, model, solver and tolerance that exist, and the omitted ones.
 
-    A method with tolerances of its own runs once; it runs with its default solver if none of its solvers is
-    named. Raises OptionError if a name is unknown, a tolerance is out of range, or no combination is left.
+    A method with its own tolerances runs only once with each solver. If none of its solvers is named, it runs
+    with its default solver. Raises OptionError if a name is unknown, if a tolerance is out of range, or if no
+    combination exists.
     """
     named = {"method": (methods, METHODS), "model": (models, MODELS), "solver": (solvers, names())}
     for kind, (asked, known) in named.items():
@@ -179,8 +180,8 @@ def plan(
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
     """Return all pairs of a model and a solver that can be combined with a method.
 
-    A method with tolerances of its own has its own pairs. It uses those whose solver is named, or else its
-    first pair.
+    A method with its own tolerances has a fixed list of pairs. The pairs whose solver is named are returned,
+    or the first pair if none of its solvers is named.
     """
     entry = METHODS[method]
     if not entry.own_tolerances:
@@ -192,7 +193,8 @@ def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) ->
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     """Solve a case file on one processor core, and return the columns of the result.
 
-    A first solve of two blocks is not timed, because libraries load some of their parts at the first use.
+    A scene of two blocks is solved first without timing, because libraries load parts of their code only at
+    their first use.
     """
     _use_one_core()
     # Without the incremental load factor, only the method itself is timed.
@@ -200,7 +202,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     has_time_limit = option_model and "time_limit" in option_model.model_fields
     options: dict[str, Any] = {"time_limit": _METHOD_TIME_SHARE * time_limit} if has_time_limit else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
-        # A solver that fails here fails again in the timed solve, which reports the error.
+        # Errors are ignored here, because a solver that fails will fail again in the timed solve.
         solve(case_folder() / _WARM_UP, **chosen)
     start = time.perf_counter()
     result = solve(path, **chosen, **options)
@@ -219,7 +221,7 @@ def bound_scene(path: Path) -> dict[str, float]:
 
 
 def _use_one_core() -> None:
-    """Restrict this process to one processor core, if the operating system can do so."""
+    """Restrict this process to one processor core, if the operating system supports this."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 

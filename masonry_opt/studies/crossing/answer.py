@@ -27,8 +27,9 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     Attributes
     ----------
-    worst: Result with the axles at the worst position as loads of blocks. If the scene is unstable it is
-        the result of that load case. It has no incremental load factor if its solve was interrupted.
+    worst: Result with the axles at the worst position, as loads of blocks. If the scene is unstable under the
+        dead load of a load case, it is the result of this load case. It has no incremental load factor if its
+        solve was interrupted.
     passages: Answers for each group of axles, direction and load case.
     interrupted: True if the user interrupted the search: λ may be less at other positions.
     cases, left_out: Names of the load cases with axles, and of the load cases without.
@@ -50,7 +51,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return [*self.worst.warning_records, *self._contradictions()]
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning if λ at the worst position contradicts (is less than) its proven lower bound."""
+        """Yield a warning if λ at the worst position is less than its proven lower bound."""
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:
@@ -58,16 +59,17 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         bound = min(bounds)
         if least >= bound or same(bound, least):
             return
-        less = f"λ = {numeral(least, '.6f')} at the worst position is less than the lower bound"
-        bound_text = f"{numeral(bound, '.6f')} by another program"
-        sentence = f"{less} {bound_text}: no bound is reported; try another solver"
+        sentence = (
+            f"λ = {numeral(least, '.6f')} at the worst position is less than the lower bound "
+            f"{numeral(bound, '.6f')} by another program: no bound is reported; try another solver"
+        )
         yield study_warning(StudyCode.BELOW_BOUND, sentence, load_factor=least, bound=bound)
 
     @property
     def passed(self) -> bool | None:
         """True if the required load factor is reached; None if no load factor is required.
 
-        False also means that it is not decided: see :func:`~.crossing.assessment.assessed`.
+        The value is also False if the comparison is undecided: see :func:`~.crossing.assessment.assessed`.
         """
         if self.required_factor is None:
             return None
@@ -93,7 +95,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def plot(self) -> Picture:
         """Return a matplotlib figure of λ by position, with the mechanism at the worst position below.
 
-        Both have one scale of abscissae; the position is that of the first axle. Raises OptionError if the
+        Both parts have the same x axis. The position is that of the first axle. Raises OptionError if the
         scene is unstable.
         """
         return crossing_picture(self)

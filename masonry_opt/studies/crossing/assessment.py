@@ -1,4 +1,4 @@
-"""Load factors of a crossing in terms of an assessment: loads at collapse, and a required load factor."""
+"""Assessment of a crossing: the loads at collapse, and the comparison with a required load factor."""
 
 import math
 from collections.abc import Iterable
@@ -23,8 +23,8 @@ class Assessment(NamedTuple):
     """Comparison of the load factors of a crossing with the required load factor."""
 
     outcome: AssessmentOutcome
-    load_factor: float | None  #: load factor that is compared; None if any load is carried or none is known
-    why: str  #: name of this load factor, or the reason why none is compared
+    load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
+    why: str  #: name of this load factor, or the reason why no load factor is compared
 
 
 def refuse_required_factor(value: object) -> None:
@@ -39,9 +39,10 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
     """Compare the least known load factor of a crossing with a required load factor.
 
     - A scene that is unstable under its dead load fails.
-    - The least known load factor is the least one of the answer, of its proven lower bound, and of the
-      default method at the worst position.
-    - If that is not less than the required one, but positions are undecided or not solved, the outcome is
+    - The least known load factor is the least of three values: the load factor of the answer, its proven
+      lower bound, and the load factor of the default method at the worst position. If it is less than the
+      required load factor, the scene fails.
+    - Otherwise the scene passes, unless positions are undecided or were not solved: the outcome is then
       undecided.
     """
     worst = answer.worst
@@ -55,7 +56,8 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
             answer.default.load_factor
         )
     known = {name: value for name, value in named.items() if value is not None}
-    # If several load factors are equally low, the last one gives the name: a bound comes after the answer.
+    # If several load factors are equally low, the name of the last is used, so that a bound has priority over
+    # the answer.
     least = min(known.values(), default=None)
     name = next((name for name, value in reversed(known.items()) if value == least), "")
     if least is not None and least < required and not same(least, required):
@@ -64,7 +66,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
         return Assessment(AssessmentOutcome.UNDECIDED, least, "the crossing was interrupted")
     if answer.least is None:
         return Assessment(
-            AssessmentOutcome.UNDECIDED, None, "it is unknown if the scene carries its dead load"
+            AssessmentOutcome.UNDECIDED, None, "it is unknown whether the scene carries its dead load"
         )
     if answer.undecided:
         return Assessment(AssessmentOutcome.UNDECIDED, least, "positions are undecided")
@@ -74,7 +76,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
 
 
 def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
-    """Return text on the comparison with a required load factor, such as "λ ≥ 3.4: passed, ..."."""
+    """Return a text that compares λ with a required load factor, such as "λ ≥ 3.4: passed, ..."."""
     outcome, load_factor, why = assessed(answer, required)
     head = f"λ ≥ {numeral(required, '.6g')}: {outcome}"
     if load_factor is None or outcome is AssessmentOutcome.UNDECIDED:
@@ -84,7 +86,7 @@ def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
 
 
 def capacity_text(answer: CrossingLoadFactors) -> str:
-    """Return text on the loads of the axles at collapse; "" without a load factor."""
+    """Return a text with the loads of the axles at collapse; an empty text without a load factor."""
     load_factor, trials = answer.load_factor, answer.least
     if load_factor is None or trials is None:
         return ""

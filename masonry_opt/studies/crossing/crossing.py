@@ -49,12 +49,12 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     """Move axles over a scene in the plane and find the position with the least load factor.
 
     The load factor multiplies the vertical loads of the axles, and the other live loads of the scene. Axles
-    beyond the ends of the road have no load, nor have axles over supports or over empty space. A group of
-    axles that is not symmetric crosses in both directions, unless its ``travels`` names one.
+    have no load beyond the ends of the road, over supports and over empty space. A group of axles that is not
+    symmetric crosses in both directions, unless its key ``travels`` names one direction.
 
     With associative flow (methods "static" and "kinematic") the least load factor is proven, also between
     the solved positions (see :func:`~.crossing.search.least_associative`). Other methods solve the positions
-    at which the associative load factor, an upper bound, suggests the least λ. That proves nothing (see
+    at which the associative load factor, an upper bound, suggests the least λ. This search is no proof (see
     :func:`~.crossing.search.least_coulomb`). After Ctrl-C the worst position solved so far is returned.
 
     If the scene has load cases, the axles cross in each load case whose ``live`` names "axles", at equal
@@ -66,14 +66,14 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     scene: A scene, or the path of a case file.
     axles: A group of axles, a list of groups, or the name of a group of the scene. Default: all groups of
         the scene.
-    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too. The
-        incremental load factor is that of the worst position alone.
+    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
+        incremental load factor is computed only at the worst position.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
-    settled: Movement of supports before the axles cross, by name, as of
+    settled: Movement of supports before the axles cross, by name, as for
         :func:`~masonry_opt.analysis.solve`.
-    required_factor: Load factor that the scene must reach. The answer then says if it passed or failed, and
-        ``passed`` is True or False.
+    required_factor: Load factor that the scene must reach. The answer then states whether the scene passed,
+        and ``passed`` is True or False.
     progress: Function called with each solved position and its load factor (NaN without one).
     phases: Function called with a few words as each phase of the first solve begins: "finding joints", ...
 
@@ -86,7 +86,7 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     ------
     CaseError
         If the case file or the scene is wrong; if it has no axles or no road; if the road runs through a
-        block, or over no block that can move; if all load cases leave the axles out.
+        block, or over no block that can move; if no load case has axles.
     OptionError
         If a method, an option, the required load factor or the name of a group is wrong, or if the blocks of
         the scene are solids.
@@ -170,8 +170,8 @@ def _cross(
 ) -> tuple[list[search.PassageTrials], bool]:
     """Find the least load factor of each passage; return the answers, and True if the user interrupted.
 
-    ``programs`` are those of the associative load factor by load case. Raises KeyboardInterrupt if no
-    position was solved.
+    ``programs`` has functions that compute the associative load factor, by load case. Raises
+    KeyboardInterrupt if no position was solved.
     """
     many = session.without_incremental()
     all_trials: list[search.PassageTrials] = []
@@ -203,7 +203,7 @@ def _cross(
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and ""; without a result, return None and the reason."""
+    """Return the result of the default method and an empty string, or None and the reason for no result."""
     try:
         return prepare(DEFAULT).without_incremental().solve(scene), ""
     except (KeyboardInterrupt, MasonryError) as error:
@@ -241,7 +241,7 @@ def _passages(
     crossed = [case_scene for case_scene in scenes if case_scene.factor_of_axles]
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
-        raise CaseError(f"{scene.origin}: load case {named}: give one of them 'live = {{ axles = 1 }}'")
+        raise CaseError(f"{scene.origin}: load case {named}: set 'live = {{ axles = 1 }}' in one of them")
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
@@ -264,7 +264,7 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
         return named
     groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
     if not groups:
-        raise CaseError(f"{scene.origin}: has no axles: give [[axles]], or in Python axles=mo.Axles(...)")
+        raise CaseError(f"{scene.origin}: has no axles: add [[axles]], or in Python axles=mo.Axles(...)")
     if not all(isinstance(group, Axles) for group in groups):
         raise OptionError(
             "axles must be an Axles, a list of Axles, or the name of a group of axles of the scene"
@@ -273,11 +273,13 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group of axles: its own road, or the road on the scene's fills."""
+    """Return the points of the road of a group of axles: its own road, or the road on the fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]
     if not points:
-        needed = "'road', the points of a line above the blocks from left to right"
-        raise CaseError(f"{scene.origin}: axles '{group.name}' have no road: give {needed}")
+        raise CaseError(
+            f"{scene.origin}: axles '{group.name}' have no road: set 'road' to the points of a line above "
+            "the blocks, from left to right"
+        )
     return [point for point, _ in groupby(points)]

@@ -68,8 +68,8 @@ class CrossingLoadFactors:
     def axle_loads(self) -> list[float]:
         """Load of each axle of the worst group at λ = 1, beginning with the first axle.
 
-        The loads contain the factor of the group and that of the load case. They act on the effective width,
-        of which the scene carries a share.
+        The loads include the factor of the group and the factor of the load case. They act on the effective
+        width, of which the scene carries a share.
         """
         if self.least is None:
             return []
@@ -103,16 +103,16 @@ class CrossingLoadFactors:
 
     @property
     def resolution(self) -> float | None:
-        """Larger one of the two distances from the worst position to the next solved positions."""
+        """Larger of the distances from the worst position to the next solved positions on both sides."""
         return self.least.resolution if self.least else None
 
     @property
     def bound(self) -> float | None:
         """Proven lower bound of the associative load factor at all positions; None if nothing is proven.
 
-        The value is also None if the load factor is less than the bound; a warning reports that.
-        Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords
-        inside the parabola, so that its load factors may be lower than a bound by the parabola.
+        The value is also None if the load factor is less than the bound; a warning then reports this
+        contradiction. Joints of limited strength crush by the law of ``worst.crushing``. The default method
+        uses chords inside the parabola, so that its load factors may be lower than a bound by the parabola.
         """
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         if self.interrupted or not bounds or len(bounds) < len(self.passages):
@@ -120,13 +120,13 @@ class CrossingLoadFactors:
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # The final λ of the worst position may be less than the bound because of rounding errors, so the
-        # smaller value is returned.
+        # The final λ of the worst position may be less than the bound by a rounding error. The smaller of the
+        # two values is then returned.
         return least if same(bound, least) else None
 
     @property
     def undecided(self) -> int:
-        """Number of positions at which neither a load factor nor a proof of "any load" was found."""
+        """Number of positions with neither a load factor nor a proof that the scene carries any load."""
         return len({tuple(row[name] for name in PLACE_COLUMNS) for row in self.undecided_at})
 
     @property
@@ -145,8 +145,8 @@ class CrossingLoadFactors:
         """Table of all answers of the method, with one row for each position and load case.
 
         The columns are ``load_case`` (if any), ``axles``, ``direction``, ``position`` (abscissa of the first
-        axle), then the columns of ``mo.sweep`` without ``seconds``. Where loads jump, there is a row on both
-        sides.
+        axle), then the columns of ``mo.sweep`` without ``seconds``. At a jump of the loads there is a row for
+        each side of the jump.
         """
         rows = []
         for trials in self.passages:
@@ -164,8 +164,8 @@ class CrossingLoadFactors:
     def governing(self) -> pd.DataFrame:
         """Table with the least load factor of all load cases at each position.
 
-        If no load case has a load factor, ``load_case`` is None, and the status is that of an undecided load
-        case, if any.
+        If no load case has a load factor, ``load_case`` is None. The status is then that of an undecided load
+        case, if there is one.
         """
         least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(PLACE_COLUMNS)
         rows = self.table[PLACE_COLUMNS].drop_duplicates().merge(least, how="left")
@@ -174,7 +174,7 @@ class CrossingLoadFactors:
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """Least load factor (or None) of each load case with axles, by the name of the load case."""
+        """Least load factor of each load case with axles, by its name; None without a load factor."""
         known = self.table.dropna(subset="load_factor")
         least = known.groupby("load_case")["load_factor"].min().to_dict() if self._case else {}
         return {name: least.get(name) for name in self.cases}
@@ -189,8 +189,8 @@ class CrossingLoadFactors:
     def envelope(self) -> pd.DataFrame:
         """Table of associative load factors, which are upper bounds, with one row for each position.
 
-        The columns are ``axles``, ``direction``, ``position`` and ``associative``, NaN where any load is
-        carried.
+        The columns are ``axles``, ``direction``, ``position`` and ``associative``. The load factor is NaN at
+        positions at which the scene carries any load.
         """
         rows = []
         for trials in self.passages:

@@ -1,7 +1,7 @@
 """Axles that move over a road, and the search for the position with the least load factor.
 
 ``least_associative`` proves a lower bound of the associative load factor along the whole road.
-``least_coulomb`` searches with other methods, and proves nothing.
+``least_coulomb`` searches with other methods, without a proof.
 """
 
 import math
@@ -34,14 +34,14 @@ SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answe
 #: Distance at which loads are evaluated on both sides of a position where they may jump, relative to the
 #: length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Size of loads that are rounding errors, relative to the largest entry of the live load.
+#: Size below which loads count as rounding errors, relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
 #: Length below which a range of positions is not halved, relative to the length of all ranges.
 _SHORTEST_RANGE = 1e-4
-#: Number of positions at which a Coulomb method is solved first. With more positions fewer minima are missed.
+#: Number of positions that a Coulomb method solves first. With more positions fewer minima are missed.
 _FIRST_POSITIONS = 25
-#: Safety margin by which estimates lower the ratio λ / λ_associative between two solved positions, in
-#: addition to half of the difference of their ratios. With a larger margin more positions are solved.
+#: Estimates of λ between two solved positions use a ratio λ / λ_associative that is reduced by half of the
+#: difference of their ratios, and by this safety margin. With a larger margin more positions are solved.
 _RATIO_MARGIN = 0.005
 #: Largest number of halvings of the ranges next to the least load factor.
 _MOST_HALVINGS = 10
@@ -51,7 +51,7 @@ _PROGRESS_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Passage:
-    """Group of axles that travels over a road in one direction. Its position is that of the first axle."""
+    """Group of axles that crosses a road in one direction; its position is that of the first axle."""
 
     axles: Axles
     direction: TravelDirection
@@ -82,7 +82,7 @@ class Passage:
 
     @cached_property
     def strips(self) -> np.ndarray:
-        """Uniform loads: load, and abscissae of the left and right end relative to the first axle, (n, 3)."""
+        """Uniform loads, shape (n, 3): load, and abscissae of both ends relative to the first axle."""
         load, start, end = self.axles.strips.T
         ends = np.sort(self._forward * np.array([start, end]), axis=0)
         return np.column_stack([load, *ends])
@@ -171,7 +171,7 @@ def load_factor(answer: Solution) -> float:
 def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     """Return a function that solves eq. (9) of a stable scene for any live load.
 
-    The program is compiled once; another live load changes only the column of λ.
+    The program is compiled only once, because another live load changes only the column of λ.
     """
     scaled = in_units_of_load(problem)
     model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
@@ -206,20 +206,20 @@ _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANI
 class PassageTrials:
     """Answers of one method at positions of a passage. Each position is solved once.
 
-    An interrupted search leaves its answers here.
+    If a search is interrupted, the answers that it has found so far are still available.
     """
 
     passage: Passage
     #: function that solves for a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
-    #: Associative answers of the passage, if the method is not associative. Otherwise None.
+    #: Associative answers of the passage; None if the method itself is associative.
     beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position, which is solved at the first call; inf or NaN as in ``load_factor``."""
+        """Return λ at a position; the first call solves it. See ``load_factor`` for infinite and NaN."""
         if position not in self.answers:
             live = self.passage.live(position)
             self.answers[position] = self.of(live) if live.any() else _UNLOADED
@@ -253,9 +253,10 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """Larger one of the two distances from the worst position to the next solved positions.
+        """Larger of the distances from the worst position to the next solved positions on both sides.
 
-        Positions on the other side of a jump of the loads are not counted: they nearly coincide with it.
+        A position just across a jump of the loads is ignored, because it nearly coincides with the worst
+        position.
         """
         distances = self.positions - self.position
         distances = distances[np.abs(distances) > _SHORTEST_RANGE**2 * np.ptp(self.positions)]
@@ -299,8 +300,8 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
     - Loads that spread through fill deviate from a parabola. The deviation is a load of its own, and twice
       its 1/λ at a quarter of the range is added.
 
-    A range whose bound is too low is halved. A range is not halved if one of its loads has no answer, because
-    its parts may have no answer either; nothing is proven then.
+    A range whose bound is too low is halved. If one of the loads of a range has no answer, the range is not
+    halved, because its parts may have no answer either. Then there is no proof.
 
     Parameters
     ----------
@@ -353,8 +354,8 @@ def _inverse(load_factor: float) -> float:
 def least_coulomb(solved: PassageTrials, within: float) -> None:
     """Search for the least load factor of a method without lower bounds between positions.
 
-    The associative load factors of the passage must be known; they are upper bounds. The search proves
-    nothing:
+    The associative load factors of the passage must be known; they are upper bounds. The search does not
+    prove that its answer is the least:
 
     1. Solve a few evenly spread positions, and the position with the least associative load factor.
     2. Estimate λ at all other positions from the ratio λ / λ_associative of their solved neighbours. Solve
@@ -388,8 +389,8 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
     """Return cautious (low) estimates of λ at all positions, shape (n,).
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
-    solved neighbours, reduced by half of the difference of both ratios. Where any load is carried with
-    associative flow, the estimate is the lesser λ of the neighbours.
+    solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene
+    carries any load with associative flow, the estimate is the lesser λ of the neighbours.
 
     Parameters
     ----------

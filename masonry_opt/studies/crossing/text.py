@@ -1,4 +1,4 @@
-"""Printed lines of a crossing: the worst position, the loads at collapse, and what is known of λ."""
+"""Printed lines of a crossing: the worst position, the loads at collapse, and the certainty of λ."""
 
 from masonry_opt.errors import counted
 from masonry_opt.reporting.load_factors import certainty, own_name
@@ -10,7 +10,7 @@ from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
 WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the least load factor.
-#: Reason why a Coulomb load factor is less than the associative one.
+#: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
 
 
@@ -30,9 +30,10 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
         template = "{position:.6g} ('{axles}', {direction}"
         template += ", in '{load_case}')" if len(answer.by_case) > 1 else ")"
         places = some([template.format(**place) for place in answer.undecided_at])
-        lines["undecided"] = f"{counted(answer.undecided, 'position')}, at which λ may be less: {places}"
+        count = counted(answer.undecided, "position")
+        lines["undecided"] = f"λ may be less at {count} without an answer: {places}"
     if answer.interrupted:
-        not_reached = f", and in load cases not reached: {missing_cases}" if missing_cases else ""
+        not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
         lines["interrupted"] = f"λ may be less at positions that were not solved{not_reached}"
     return lines
 
@@ -50,7 +51,8 @@ def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if others:
         lines["other cases"] = f"least λ {', '.join(others)}"
     if answer.left_out:
-        lines["left out"] = f"{some([*map(repr, answer.left_out)])}, without axles: see 'solve'"
+        names = some([*map(repr, answer.left_out)])
+        lines["left out"] = f"use 'solve' for the load cases without axles: {names}"
     return lines
 
 
@@ -71,17 +73,18 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     lines |= required | {"known of it": certainty(worst), "at": _where(answer)}
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
     if group.width:
-        lines["width"] = f"{passage.across:.4g} of each load, for an effective width of {group.width:g}"
+        share = f"{passage.across:.4g}"
+        lines["width"] = f"the scene carries {share} of each load, for an effective width of {group.width:g}"
     positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
     between = "" if answer.bound is not None else "; λ may be less between positions"
-    lines["solved"] = f"at {positions}; spacing at the worst position {spacing}{between}"
+    lines["solved"] = f"at {positions}, with a spacing of {spacing} at the worst position{between}"
     if passage.assembly.problem.live.any():
         lines["beside them"] = "other live loads of the scene, which λ also multiplies"
     return lines
 
 
 def _where(answer: CrossingLoadFactors) -> str:
-    """Return text with the abscissae of the axles and of the uniform loads at the worst position."""
+    """Return a text with the positions of the axles and of the uniform loads at the worst position."""
     parts = []
     if answer.at:
         first, *others = (numeral(x, ".6g") for x in answer.at)
@@ -96,9 +99,10 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     worst, lines = answer.worst, dict[str, str]()
     if answer.passages[0].beside is not None:
         if worst.associative is not None and worst.load_factor is not None:
-            upper = f"{numeral(worst.associative, '.6f')} at this position, an upper bound"
-            difference = _difference(worst.load_factor, worst.associative)
-            lines["associative"] = f"{upper} by classical limit analysis: λ is {difference}"
+            lines["associative"] = (
+                f"{numeral(worst.associative, '.6f')} at this position, an upper bound by classical limit "
+                f"analysis: λ is {_difference(worst.load_factor, worst.associative)}"
+            )
         return lines
     first_look = _first_look(answer)
     if first_look:
@@ -114,10 +118,10 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return text on the λ of the default method at the worst position; "" if it was not computed.
+    """Return a text on λ of the default method at the worst position; an empty text if it is not known.
 
-    The load factor of the default method is compared with the associative load factor by its own law of
-    crushing. Chords inside the parabola are a second reason why it may be less than the answer.
+    The load factor is compared with the associative load factor by the same law of crushing. If the default
+    method uses chords inside the parabola, its load factor may be less than the answer for this reason too.
     """
     default = answer.default
     if default is None:
@@ -136,9 +140,9 @@ def _first_look(answer: CrossingLoadFactors) -> str:
 
 
 def _difference(load_factor: float, associative: float, law: str = "") -> str:
-    """Return text on the difference of a Coulomb load factor from an associative one, and its reason.
+    """Return a text on the difference of a Coulomb load factor from an associative one, and its reason.
 
-    ``law`` names the law of crushing by which both are computed, as in " by the same law".
+    ``law`` is a text that names the common law of crushing, such as " by the same law".
     """
     difference = 1 - load_factor / associative if associative > 0 else 0.0
     named = f"the associative load factor{law}"
@@ -148,10 +152,10 @@ def _difference(load_factor: float, associative: float, law: str = "") -> str:
 
 
 def _less_by_chords(answer: CrossingLoadFactors, default: Result) -> str:
-    """Return text on the difference of associative load factors by chords and by the parabola."""
+    """Return a text on the difference of the associative load factors by chords and by the parabola."""
     by_chords, by_parabola = default.associative, answer.load_factor
     law = f", with crushing by {default.crushing}"
     if by_chords is None or by_parabola is None or by_parabola <= 0:
         return law
-    inside = f"which lie inside the {answer.worst.crushing}"
-    return f"{law}, {inside} and lower λ by {1 - by_chords / by_parabola:.2%}"
+    share = 1 - by_chords / by_parabola
+    return f"{law}, which are inside the {answer.worst.crushing} and lower λ by {share:.2%}"

@@ -34,12 +34,12 @@ from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
-_MOST_LETTERS = 24  #: Largest length of a name next to a bar, in letters.
-#: Columns of the table that hold attributes of the results.
+_MOST_LETTERS = 24  #: Largest number of letters of a name next to a bar; longer names are shortened.
+#: Columns of the table that are attributes of the results.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Columns of the accelerations that activate a mechanism, in the table of earthquakes from all sides.
+#: Columns with accelerations that activate a mechanism, in the table of earthquakes from all sides.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
-#: Relative difference from λ above which other load factors are drawn.
+#: Relative difference from λ above which the incremental and the associative load factor are drawn too.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle between neighbouring directions in plan, in degrees.
 _MOST_DIRECTIONS = 3600  #: Largest number of directions.
@@ -57,8 +57,8 @@ class Cases(StudyAnswer):
     Attributes
     ----------
     results: :class:`Result` of each load case, by its name.
-    left_out: Names of the load cases with no live load but axles, which :func:`~masonry_opt.crossing`
-        answers.
+    left_out: Names of the load cases whose only live loads are axles; solve them with
+        :func:`~masonry_opt.crossing`.
     """
 
     results: Mapping[str, Result]
@@ -100,10 +100,10 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        """Name of the first unstable load case; if all are stable, of the one with the least load factor.
+        """Name of the governing load case: the first unstable one, or the one with the least load factor.
 
-        It is None if no load case is unstable and none has a load factor. Of load factors that differ by
-        rounding errors the first governs.
+        It is None if no load case is unstable and none has a load factor. If load factors differ only by
+        rounding errors, the first of them governs.
         """
         unstable = self.table["status"] == str(Status.UNSTABLE)
         # Load factors are not negative, so the value −1 ranks unstable load cases before all others.
@@ -122,7 +122,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result to draw: that of the governing load case, or the first result if no load case governs."""
+        """Result that pictures show: that of the governing load case, or else the first result."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
@@ -150,13 +150,12 @@ class Cases(StudyAnswer):
         drawn = self.to_draw
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
-            governs += (
-                f"\nleft out: {', '.join(map(repr, self.left_out))}, because axles move: use 'crossing'"
-            )
+            names = ", ".join(map(repr, self.left_out))
+            governs += f"\nleft out: {names}, because axles move in these load cases: use 'crossing'"
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
-        """Return the heading, the table and the texts of results, with blank lines between."""
+        """Return the heading, the table and texts of results, separated by blank lines."""
         table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
         return printable("\n\n".join([self._text(), table, *results]))
 
@@ -205,10 +204,10 @@ class Cases(StudyAnswer):
 class Directions(Cases):
     """Results of a scene for earthquakes from all sides; load factors are seismic coefficients.
 
-    The table has the columns ``direction`` and ``vertical`` in place of ``load_case`` and ``live``. Further
-    columns are the acceleration ``a_0`` of the masses that activates the mechanism, in g, the participating
+    The table has the columns ``direction`` and ``vertical`` instead of ``load_case`` and ``live``. It also
+    has the acceleration ``a_0`` of the masses that activates the mechanism, in g, the participating
     ``mass_fraction`` e*, and the spectral acceleration ``a_star_0`` = a_0 / (e* FC), in g, with FC = 1.35.
-    These columns are NaN with a vertical push. Other attributes are those of :class:`Cases`.
+    The additional columns are NaN with a vertical push. Other attributes are those of :class:`Cases`.
 
     Attributes
     ----------
@@ -223,7 +222,7 @@ class Directions(Cases):
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the accelerations that activate the mechanism of a result."""
+        """Return the columns with the accelerations that activate the mechanism of a result."""
         activated = activation(result)
         if activated is None:
             return dict.fromkeys(_ACTIVATION_COLUMNS)
@@ -231,14 +230,14 @@ class Directions(Cases):
         return dict(zip(_ACTIVATION_COLUMNS, values, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the table, with messages, as plain numbers and strings; NaN is None."""
+        """Return the table, with messages, as plain numbers and strings, and with None for NaN."""
         result, drawn = super().as_dict(), self.to_draw
         messages = [load_case["message"] for load_case in result.pop("load_cases")]
         rows = records(self.table.assign(message=messages))
         return result | {"load_case": drawn.load_case, "method": drawn.method, "directions": rows}
 
     def plot(self) -> Picture:
-        """Return a picture of λ by direction: in space a polar chart with x to the right, else bars."""
+        """Return a picture of λ by direction: a polar chart in space, a bar chart in the plane."""
         drawn, table = self.to_draw, self.table
         if drawn.assembly.scene.dimension == 2:
             return super().plot()
@@ -299,19 +298,19 @@ def solve_cases(
 
     Parameters
     ----------
-    scene, method, settled, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model,
-        solver, ... too. The supports settle under the dead loads of each load case. The text that ``phases``
-        is called with begins with the name of the load case.
+    scene, method, settled, progress, phases, options: As for :func:`~masonry_opt.analysis.solve`, including
+        ``model``, ``solver``, ... The supports settle under the dead loads of each load case. The text with
+        which ``phases`` is called begins with the name of the load case.
 
     Returns
     -------
     Cases
-        Results by load case. Load cases with no live load but axles are left out.
+        Results by load case. Load cases whose only live loads are axles are left out.
 
     Raises
     ------
     OptionError
-        If the scene has no load case, or as :func:`~masonry_opt.analysis.solve`.
+        If the scene has no load case, or for the reasons of :func:`~masonry_opt.analysis.solve`.
     CaseError
         If the scene is wrong, or no block that can move has a live load in one of the load cases.
     """
@@ -352,18 +351,19 @@ def directions(
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Directions:
-    """Solve a scene for earthquakes from all sides, in place of its live loads.
+    """Solve a scene for earthquakes from all sides, which replace its live loads.
 
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    every: Angle between directions in plan, in degrees. The first direction is x, the next ones turn towards
-        y. In the plane there are two directions, "left" and "right".
+    every: Angle between directions in plan, in degrees. The first direction is x, and further directions turn
+        towards y. In the plane there are two directions, "left" and "right".
     vertical: Ratio of the vertical to the horizontal push, or several ratios such as ``(0.3, -0.3)``; see
         :class:`Earthquake`. Default: the ratio of the scene's own earthquake, else 0. The masses are those
         of the scene's own earthquake.
-    load_case: Name of the load case whose dead loads act.
-    method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+    load_case: Name of the load case whose dead loads are applied.
+    method, progress, phases, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``,
+        ``solver``, ...
 
     Returns
     -------
@@ -373,7 +373,7 @@ def directions(
     Raises
     ------
     OptionError
-        If an argument is wrong, or as :func:`~masonry_opt.analysis.solve`.
+        If an argument is wrong, or for the reasons of :func:`~masonry_opt.analysis.solve`.
     CaseError
         If the scene is wrong.
     """

@@ -1,7 +1,8 @@
 """Charts of sweeps and samples.
 
-- A sweep has a chart of λ against each number. Each mechanism has its own mark, dashes are the incremental
-  load factor, a ring is around the least λ, and values far above the others are written above the axis.
+- A sweep has a chart of λ against each number. Each kind of mechanism has its own mark, dashed lines show the
+  incremental load factor, a ring marks the least λ, and values far above the others are written above the
+  axis.
 - A sweep of two numbers also has a heat map.
 - A sample has the fragility curve, and a chart of rank correlations.
 """
@@ -27,7 +28,7 @@ from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 
-#: Colour and mark of each kind of mechanism. Joints in pictures have the same colours.
+#: Colour and mark of each kind of mechanism. The colours are those of joints in pictures of results.
 _LOOKS = {
     "sliding": (SLIDING_COLOUR, "square"),
     "hinging": (HINGING_COLOUR, "circle"),
@@ -39,8 +40,8 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_DRAWN_LINES = 7  #: Largest number of values of the second number that are drawn as lines.
-_MOST_WRITTEN_VALUES = 6  #: Largest number of values beyond the axis whose numbers are all written.
+_MOST_DRAWN_LINES = 7  #: Largest number of values of the second number for which λ is drawn as lines.
+_MOST_WRITTEN_VALUES = 6  #: Largest number of values beyond the axis of which all are written.
 #: Axis titles that contain a symbol, by the name of the number on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
@@ -49,14 +50,14 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: Ratio of a load factor to the next smaller one from which the larger one is not drawn on the axis.
+#: If a load factor is at least this number of times as large as the next smaller one, it is beyond the axis.
 _FAR_RATIO = 10.0
-#: Largest fraction of load factors that may be beyond the axis. Of three or more load factors, one may always
-#: be.
+#: Largest fraction of load factors that may be beyond the axis. If there are three or more load factors, one
+#: of them may be beyond the axis in any case.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
-#: Height in pixels of the strips for values beyond the axis (on top) and for runs without a load factor (at
-#: the bottom).
+#: Height in pixels of the two strips of a chart: at the top for values beyond the axis, at the bottom for
+#: runs without a load factor.
 _STRIP_HEIGHT = 24
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart, beginning with the strongest.
 #: Names of the load factors of a sample, with the prefix of their columns.
@@ -70,8 +71,8 @@ _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
     """Return the charts of a sweep over the values of some numbers of the scene.
 
-    One or two numbers have a chart of λ against the first number; two numbers also have a heat map. More
-    numbers have a chart of λ against each number.
+    For one or two numbers there is a chart of λ against the first number, and for two numbers also a heat
+    map. For more numbers there is a chart of λ against each number.
     """
     named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
     # A heat map cannot show infinite values, such as unlimited friction.
@@ -84,8 +85,8 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """Return the chart of λ against the values of one number of a sweep.
 
-    A sweep of one number is a line. A sweep of two numbers has a line for each value of the second number,
-    unless there are too many values. Other sweeps are points.
+    A sweep of one number is drawn as a line. A sweep of two numbers has a line for each value of the second
+    number, unless there are too many values. All other sweeps are drawn as points.
     """
     far = off_axis(np.r_[frame["load_factor"], frame["incremental"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
@@ -117,7 +118,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     scale = alt.Scale(
         domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
     )
-    # Without a format, Vega rounds labels to the digits of its own ticks: 0.32 and 0.28 would both read 0.3.
+    # The format is set because Vega rounds labels to the digits of its own ticks by default: 0.32 and 0.28
+    # would both be written as 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
     colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
@@ -142,7 +144,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # Labels of many neighbouring values would overlap, so only the greatest value is written.
+    # Labels of many neighbouring values would overlap. If there are too many, only the greatest is written.
     written = marks[off] if off.sum() <= _MOST_WRITTEN_VALUES else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_STRIP_HEIGHT)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
@@ -179,13 +181,13 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a note, as a list, that explains the names of the load factors; empty without load factors."""
+    """Return a list with a note that names the load factors; the list is empty without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a list with a note that axles cross the scene; the list is empty if no axles do."""
+    """Return a list with a note that axles cross the scene; the list is empty if there are no axles."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
@@ -208,7 +210,8 @@ def _label(name: str) -> str:
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the statistics of both kinds of load factors in one table; column ``of`` names the kind.
 
-    The rows of the incremental load factor are left out if it is unknown, or equal to the lowest in all rows.
+    The rows of the incremental load factor are omitted if it is unknown, or if it equals the lowest load
+    factor in all rows.
     """
     key, *names = (name for name in map(str, frame) if not name.startswith(INCREMENTAL_COLUMN))
     lowest, incremental = (frame[[key, *(prefix + name for name in names)]] for prefix in _LOADS.values())
@@ -270,5 +273,5 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
-    notes = f"{sure} that all intervals of a load factor are right; hollow: the correlation may be zero"
+    notes = f"all intervals of a load factor are valid with {sure}; hollow: the correlation may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

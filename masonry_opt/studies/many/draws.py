@@ -1,6 +1,6 @@
-"""Random values for the numbers of a scene: distributions as a user writes them, and samples of them.
+"""Random values for the numbers of a scene: distributions, and samples from the distributions.
 
-A property of joints may have one random value for all joints, or one for each course or each joint.
+A property of joints may have one random value for all joints, for each course, or for each joint.
 """
 
 import math
@@ -21,19 +21,19 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
-#: Largest dimension in which Sobol points are used; in higher dimensions points are independent. Of 128 Sobol
-#: points in 83 dimensions, some pairs of coordinates have a correlation of 0.8; with independent points it is
-#: at most 0.3.
+#: Largest number of dimensions in which Sobol points are used; with more dimensions points are independent.
+#: With 128 Sobol points in 83 dimensions, some pairs of coordinates have a correlation of 0.8; with
+#: independent points the correlation is at most 0.3.
 _MOST_SOBOL_DIMENSIONS = 10
-#: Least distance of probabilities from 0 and 1, where quantiles may be infinite.
+#: Least distance of probabilities from 0 and 1, because quantiles of 0 and 1 may be infinite.
 _LEAST_PROBABILITY = 2.0**-32
 #: Largest difference in height between successive joints of one course, relative to the median joint length.
 _COURSE_TOLERANCE = 1e-3
-_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties of a single joint.
+_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that may differ by joint.
 _DISTRIBUTION_FORMS = (
     "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
-    "frozen distribution of scipy.stats. A deviation is a positive number or '15%' of the mean. "
-    "For 'lognormal' the mean is positive too; both are of the number itself, not of its logarithm"
+    "frozen distribution of scipy.stats. A deviation is a positive number, or a share of the mean such as "
+    "'15%'. For 'lognormal' mean and deviation are those of the number itself, and the mean is positive"
 )
 
 
@@ -45,10 +45,10 @@ class Distribution(NamedTuple):
 
 
 def distribution(name: str, given: Any) -> Distribution:
-    """Return the distribution of a number, in the forms that :func:`~.sample.sample` accepts.
+    """Convert a distribution from one of the forms that :func:`~.sample.sample` accepts.
 
-    A standard deviation above a nonzero mean must be given as a share of the mean. Raises OptionError, with
-    the name of the number, if the form is unknown or a value is out of range.
+    A standard deviation that exceeds a nonzero mean must be written as a share of the mean. Raises
+    OptionError, with the name of the number, if the form is unknown or a value is out of range.
     """
     subject = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
@@ -86,7 +86,7 @@ _FROZEN = {
 
 
 def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
-    """Return name and distribution from a text such as ``joints.friction=lognormal:0.65:15%``.
+    """Split a text such as ``joints.friction=lognormal:0.65:15%`` into the name and the distribution.
 
     Raises OptionError if the text has another form.
     """
@@ -117,9 +117,10 @@ def _number(value: Any) -> float:
 
 
 def _deviation(value: Any, mean: float, subject: str) -> float:
-    """Return a standard deviation that is given as a number, or as a share of the mean such as "15%".
+    """Return a standard deviation from a number, or from a share of the mean such as "15%".
 
-    Raises OptionError, with the subject, if the number exceeds a nonzero mean; TypeError if it is no number.
+    Raises OptionError, with the subject, if the number exceeds a nonzero mean. Raises TypeError if the value
+    is not a number.
     """
     if isinstance(value, str) and value.strip().endswith("%"):
         return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
@@ -152,7 +153,7 @@ class Draws:
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
             example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
-            raise OptionError(f"give the uncertain numbers with their distributions: {example}")
+            raise OptionError(f"pass the uncertain numbers with their distributions: {example}")
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown{instead_of(by, BY)}")
         self._by, self._parameters = by, Parameters(scene)
@@ -182,7 +183,10 @@ class Draws:
         own_values = {frozenset(joint.between) for joint in exceptions if getattr(joint, key) is not None}
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
-            raise OptionError(f"'{name}': every joint has its own value in the scene, so no value is random")
+            raise OptionError(
+                f"'{name}': every joint has its own value in the scene, so no value is random: remove "
+                "the own values of joints"
+            )
 
         def group_name(pair: tuple[str, str]) -> str:
             return f"course.{courses[pair]}" if self._by == "course" else f"joint.{'/'.join(pair)}"
@@ -193,7 +197,7 @@ class Draws:
     def table(self, count: int, seed: int) -> pd.DataFrame:
         """Return the random values of all runs, shape (count, columns).
 
-        Raises OptionError if the scene refuses the least or the greatest value of a number.
+        Raises OptionError if the scene does not accept the least or the greatest value of a number.
         """
         probabilities = points(count, len(self.columns), seed)
         columns = zip(self.columns, probabilities.T, strict=True)
@@ -201,20 +205,24 @@ class Draws:
         for name, law in self._laws.items():
             samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
             if not np.isfinite(samples).all():
-                raise OptionError(f"'{name}': {law.text} gives values that are not numbers")
+                raise OptionError(
+                    f"'{name}': {law.text} gives infinite or undefined values: use another distribution"
+                )
             for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
-        """Raise OptionError if a distribution gives values that the scene does not accept."""
+        """Raise OptionError if the scene does not accept a value that a distribution gives."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
-            why = f"{law.text} gives {value:g}{how}, which the scene does not accept: {error}"
-            remedy = "such as a lognormal or a truncated one (scipy.stats.truncnorm)"
-            raise OptionError(f"'{name}': {why}; take a distribution without such values, {remedy}") from None
+            raise OptionError(
+                f"'{name}': {law.text} gives {value:g}{how}, which the scene does not accept: {error}; use a "
+                "distribution without these values, such as a lognormal or a truncated distribution "
+                "(scipy.stats.truncnorm)"
+            ) from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
         """Return the scene with the random values of a run.
@@ -238,14 +246,14 @@ class Draws:
 def points(count: int, dimensions: int, seed: int) -> np.ndarray:
     """Return random points of the unit cube, shape (count, dimensions).
 
-    In few dimensions the points are the scrambled Sobol sequence; in more they are independent. The points
-    of a smaller count are the first points of a larger count.
+    In few dimensions the points are a scrambled Sobol sequence, otherwise they are independent. The points of
+    a smaller count are the first points of a larger count.
     """
     rng = np.random.default_rng(seed)
     if dimensions > _MOST_SOBOL_DIMENSIONS:
         unit_points = rng.random((count, dimensions))
     else:
-        # Sobol points are most uniform for powers of two, so the next power of two is generated.
+        # Sobol sequences need a number of points that is a power of two. The next power of two is generated.
         unit_points = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
     return np.clip(unit_points, _LEAST_PROBABILITY, 1 - _LEAST_PROBABILITY)
 

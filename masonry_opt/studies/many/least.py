@@ -1,7 +1,7 @@
 """Functions ``least`` and ``most``: the threshold of a number at which a scene is stable or carries a load.
 
 Evenly spread values are tried first. Brent's method then narrows the interval between two neighbouring
-values of which one holds and the other fails.
+values, one at which the scene holds and one at which it fails.
 """
 
 import math
@@ -48,19 +48,19 @@ _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factor
 
 @dataclass(frozen=True)
 class Trial:
-    """Scene of one value, solved."""
+    """Solved scene for one value of the varied number."""
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
     number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
     answer: SceneAnswer = field(repr=False)  #: result, and the crossing of the scene if axles move over it
-    certificate: Certificate | None = field(repr=False)  #: residuals of a finite ``number``
+    certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
 
     __repr__ = brief
 
     @property
     def result(self) -> Result:
-        """State and mechanism of the scene: see :class:`~.standing.DeadLoadMargin`.
+        """Result of the scene, with its state and mechanism: see :class:`~.standing.DeadLoadMargin`.
 
         If axles move over the scene, it is the result at their worst position.
         """
@@ -74,7 +74,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Threshold(StudyAnswer):
-    """Least or greatest value of a number at which a scene "holds", which means is stable or carries a load.
+    """Least or greatest value of a number at which a scene "holds": it is stable, or carries a load.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Threshold(StudyAnswer):
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
     jump: Load factors (or margins) at the failing and the holding end if they differ although the ends
         nearly coincide: the mechanism changes, joints lock, or the scene itself changes. Otherwise None.
-    contradictions: Trial values below a least (above a greatest) at which the scene holds too.
+    contradictions: Trial values below a least (or above a greatest) value at which the scene holds too.
     trials: All values tried, in order.
     """
 
@@ -161,13 +161,13 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends; a warning if the scene also holds beyond the threshold."""
+        """Warnings of the results at both ends, and a warning if the scene holds beyond the threshold too."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = f"the scene holds {side} this value too, at {values}: search that range separately"
+        sentence = f"the scene also holds {side} this value, at {values}: search that range separately"
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 
@@ -179,7 +179,7 @@ class Threshold(StudyAnswer):
         return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
 
     def _end(self, end: Trial) -> str:
-        """Return text on an end of the interval: its value, its load factor or margin, its largest residual.
+        """Return a text on an end of the interval: value, load factor or margin, and largest residual.
 
         The numbers have enough digits to distinguish both ends, and the failing end from the load.
         """
@@ -222,11 +222,11 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
 
 #: Function that returns the scene for a value of the varied number.
 Make = Callable[[float], "Scene | str | Path"]
-Tried = Callable[[Trial], None]  #: Function called with every trial.
+Tried = Callable[[Trial], None]  #: Type of a function that is called with every trial.
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Least size to which the tolerance is relative, as a fraction of the range, because a threshold may be zero.
+#: The tolerance is relative to the threshold, but at least to this fraction of the range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -262,12 +262,12 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     make: Function of the value (a friction, a thickness, ...) that returns a scene or the path of a case
         file.
     lower, upper: Ends of the search. The scene must fail at ``lower`` and hold at ``upper``.
-    load: Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
-    method, **options: As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with
-        ``load``. ``incremental`` is False unless given: the search asks for λ of the method alone.
+    load: Load factor that the scene must carry, as ``method`` finds it. If None, live loads are ignored.
+    method, **options: As for :func:`~masonry_opt.analysis.solve`, with ``model`` and ``solver``; only with
+        ``load``. ``incremental`` is False by default, because only λ of the method is needed.
     tolerance: Distance of the two ends of the answer, relative to their value.
-    samples: Number of evenly spread values tried first. If they show several thresholds, the uppermost is
-        taken and the others are in ``contradictions``. Nothing is known between these values.
+    samples: Number of evenly spread values that are tried first. If they show several thresholds, the answer
+        is the uppermost, and ``contradictions`` has the others. Thresholds between the values are not found.
     progress: Function called with every :class:`Trial`.
 
     Returns
@@ -282,7 +282,7 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     CaseError
         If a scene is wrong. The message begins with the value.
     NoLoadFactorError
-        If the methods cannot decide if a scene holds.
+        If the methods cannot decide whether a scene holds.
     """
     return _Search(True, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
@@ -302,7 +302,7 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
     """Find the greatest value of a number (a tilt, an opening) at which a scene is stable, or carries a load.
 
     Parameters, answer and errors are those of :func:`least`, but the scene must hold at ``lower`` and fail
-    at ``upper``. Of several thresholds the lowest is taken.
+    at ``upper``. If there are several thresholds, the answer is the lowest.
     """
     return _Search(False, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
@@ -314,14 +314,16 @@ class _Search:
         self, is_least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
     ) -> None:
         if load is None and (options or method != DEFAULT):
-            # An error about a misspelt argument suggests the argument.
+            # Check the arguments first, so that an error about a misspelt argument suggests the right one.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(f"{named}: needs 'load', such as load=1; dead load alone needs no method")
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
-            needed = "a function that returns a scene for a value, such as lambda t: mo.Scene(...)"
-            raise OptionError(f"the scene must be {needed} (found {make!r})")
+            raise OptionError(
+                "the scene must be a function that returns a scene for a value, such as lambda t: "
+                f"mo.Scene(...) (found {make!r})"
+            )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
         #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
@@ -330,7 +332,7 @@ class _Search:
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
-        """Return the threshold between two values; parameters and errors as those of :func:`least`."""
+        """Return the threshold between two values; parameters and errors are those of :func:`least`."""
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
@@ -339,7 +341,7 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # The first trial is the one at the end of the range at which the scene should hold.
+        # Sort the trials so that the first is at the end of the range at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             raise OptionError(self._no_threshold())
@@ -348,7 +350,7 @@ class _Search:
         jump = self._jump(holds, fails)
         value, above, below = holds.value, holds.number - self.required, fails.number - self.required
         if not jump and math.isfinite(above) and math.isfinite(below) and above > 0:
-            # Linear interpolation between both ends gives the value at which the required number is reached.
+            # The threshold is interpolated linearly between both ends.
             value += above / (above - below) * (fails.value - holds.value)
         trials = tuple(self.trials.values())
         others = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
@@ -356,7 +358,7 @@ class _Search:
         return Threshold(self.least, self.load, value, holds, fails, jump, contradictions, trials)
 
     def at(self, value: float) -> Trial:
-        """Solve the scene for a value of the number, and return the trial, which is recorded."""
+        """Solve the scene for a value of the number; record and return the trial."""
         scene = None
         try:
             scene = as_scene(self.make(value))
@@ -377,9 +379,9 @@ class _Search:
 
         Axles move over the scene, unless only its dead load is examined.
 
-        Without a load factor of the method the number is -inf if the scene is unstable, inf if it carries
-        any load, and the associative load factor if that is below the load. Raises NoLoadFactorError
-        otherwise.
+        If the method finds no load factor, the number is -inf if the scene is unstable, inf if it carries any
+        load, and the associative load factor if that is below the load. Otherwise NoLoadFactorError is
+        raised.
         """
         if self.load is None:
             scene.refuse_without_case()
@@ -396,14 +398,16 @@ class _Search:
         elif result.associative is not None and result.associative < self.load:
             number = result.associative  # an upper bound of every Coulomb load factor
         else:
-            why = f"{result.status}: {result.message}; narrow the range, or choose another method"
-            raise NoLoadFactorError(f"it could not be decided if the load is carried: {why}")
+            raise NoLoadFactorError(
+                "it could not be decided whether the load is carried: narrow the range, or choose another "
+                f"method ({result.status}: {result.message})"
+            )
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trials at its ends, that which holds first.
+        """Narrow an interval by Brent's method; return the trials at its ends, the one that holds first.
 
-        The ends are then closer than the tolerance times ``least_size`` or the size of the value.
+        The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
         ends = {True: holds, False: fails}
         size = max(1.0, abs(self.required))
@@ -412,12 +416,12 @@ class _Search:
             """Return a trial's number minus the required number, limited to finite values other than zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. At a value of exactly zero the method would stop, and only
-            # one end of the interval would be known.
+            # Brent's method needs finite values. It would stop at a value of exactly zero, and only one end
+            # of the interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
-        # Brent's method ends when the ends are closer than xtol + rtol |value|.
+        # Brent's method stops when the distance of the ends of its interval is below xtol + rtol |value|.
         xtol, rtol = tolerance / 2 * least_size, max(tolerance / 2, _LEAST_RTOL)
         brentq(excess, holds.value, fails.value, xtol=xtol, rtol=rtol, maxiter=_MOST_ITERATIONS)
         return ends[True], ends[False]
@@ -425,8 +429,8 @@ class _Search:
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
         """Return the load factors (or margins) at both ends if there is a jump between them; otherwise None.
 
-        An unstable scene has no load factor; the required load factor replaces it in the comparison. No
-        jump can be shown under dead load alone if the failing end has no margin.
+        An unstable scene has no load factor; the required load factor replaces it in the comparison. Under
+        dead load alone, no jump can be detected if the failing end has no margin.
         """
         sizes = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]
         if not sizes or (self.load is None and fails.number == FALLS):
@@ -451,10 +455,9 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            both = f"{at} and at {high.value:g}"
-            return f"{both}, but {not_so} at {exceptions}: choose a range that ends there"
-        tried = f"at {high.value:g} and at all {len(row) - 2} intermediate values"
-        return f"{at}, {tried}: {', or '.join(self._remedies(low, high))}"
+            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose a range that ends there"
+        remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
+        return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
         """Return advice on another search, which may find a threshold, if all trials have the same outcome.
@@ -470,15 +473,16 @@ class _Search:
             end = "begin the range at a smaller value" if downwards else "end the range at a greater value"
             remedies.append(end)
         if self.load is None and _has_live_load(as_scene(self.make(low.value))):
-            why = "without it live loads do not act"
-            remedies.append(f"give the load factor to be carried, 'load' (--load): {why}")
+            remedies.append(
+                "give the load factor to be carried, 'load' (--load): without it live loads do not act"
+            )
         return [*remedies, "try more intermediate values ('samples')"]
 
     def _has_scene(self, value: float) -> bool:
         """Return True if a value outside of the range makes a valid scene."""
         try:
             assemble(as_scene(self.make(value)))
-        except Exception:  # outside of the range a function of the user may raise any exception
+        except Exception:  # for a value outside of the range, the user's function may raise any exception
             return False
         return True
 

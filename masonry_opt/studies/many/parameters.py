@@ -1,4 +1,4 @@
-"""Numbers of a scene by name, and the scene with other values of them.
+"""Numbers of a scene by name, and scenes with other values of these numbers.
 
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
@@ -27,7 +27,7 @@ _POINTS = {
     *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
     *("live", "live_at", "live_per_weight", "live_moment"),
 }
-#: Keys of a scene that cannot be varied, because answers do not depend on them, or not continuously.
+#: Keys of a scene that cannot be varied, because answers do not depend on them continuously or at all.
 _LEFT_OUT = ("tolerance", "reference")
 _LISTED = 12  #: Largest number of names that a message lists.
 
@@ -37,18 +37,17 @@ class Parameters:
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
-        # The numbers of a scene that was modified after loading are read from the scene, not from its case
-        # file.
+        # If a scene was modified after loading, its numbers are read from the scene instead of its case file.
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
         self.names = self._paths()  #: Paths to the numbers, by the short names that messages list.
-        #: Paths by the short names, and by the full names of numbers in tables with a single entry.
+        #: Paths by short names and by full names, which differ for numbers in tables with a single entry.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return the paths to all numbers by name; in space without thickness and joint strength."""
+        """Return the paths to all numbers by name; in space, thickness and joint strength are omitted."""
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
             return paths
@@ -57,11 +56,13 @@ class Parameters:
         return {name: path for name, path in paths.items() if name not in of_plane}
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError if a name is unknown, or if two names mean the same number.
+        """Raise OptionError if the numbers with these names cannot be varied together.
 
-        - The scene has load cases of which none is chosen, and no axles that move in a load case.
+        The error is raised in three cases:
+
+        - The scene has load cases, but none is chosen, and no axles move in a load case.
         - A name is unknown. The message lists similar names.
-        - Two names are those of one number, or of two numbers that exclude each other.
+        - Two names mean the same number, or two numbers that exclude each other.
         """
         if not self.scene.moves_axles:
             self.scene.refuse_without_case()
@@ -81,7 +82,7 @@ class Parameters:
         """Return the scene with new values for some of its numbers.
 
         Successive scenes share their blocks as long as only properties of joints change. Raises OptionError
-        if a name is unknown, CaseError if the values make no valid scene.
+        if a name is unknown, and CaseError if the values make no valid scene.
         """
         self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
@@ -101,23 +102,26 @@ class Parameters:
         return scene.read_from(self.scene.origin).in_case_of(self.scene)
 
     def _near(self, name: str) -> str:
-        """Return advice on an unknown name: similar names, or a hint to the block's generator."""
+        """Return advice on an unknown name: similar names, or the generator of the block."""
         for block in self.scene.blocks:
             head = f"block.{block.name}."
             if name.startswith(head) and not any(known.startswith(head) for known in self.names):
                 heads = tuple(f"{table}." for table in _GENERATORS)
-                return f"; block '{block.name}' is built by a generator; {self._listed(heads)}"
+                return (
+                    f"; block '{block.name}' is built by a generator: vary the numbers of the generator; "
+                    f"{self._listed(heads)}"
+                )
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return text that lists the first names with given prefixes; if there are none, the first of all."""
+        """Return a text that lists the first names with given prefixes, or else the first of all names."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Return True if a number is a property of joints, which does not change the equilibrium matrix."""
+    """Return True if a number is a property of joints, on which the equilibrium matrix does not depend."""
     return name.startswith(("joints.", "joint."))
 
 
@@ -126,7 +130,7 @@ def _numbers(
 ) -> Iterator[tuple[str, _Path]]:
     """Yield the names of all numbers in a record and its sub-records, with their paths.
 
-    With ``in_full`` the names of numbers in a table that occurs once contain the name of its entry too.
+    With ``in_full``, names contain the name of the table's entry even if the table has only one entry.
     """
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
@@ -175,7 +179,7 @@ def _is_number(value: object) -> bool:
 def _takes_number(annotation: Any) -> bool:
     """Return True if a field of this type accepts a number.
 
-    Fields for pairs do not: a value for one number of a missing pair would leave the other number unknown.
+    A field for a pair of numbers does not accept a single number, because the second number would be unknown.
     """
     pair = getattr(annotation, "__origin__", None) in (tuple, list)
     return not pair and (annotation in (int, float) or any(map(_takes_number, get_args(annotation))))

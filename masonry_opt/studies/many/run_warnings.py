@@ -1,6 +1,6 @@
-"""Warnings of a study of many runs, each sentence once.
+"""Warnings of a study of many runs; each sentence is issued only once.
 
-Warnings name inputs that look unintended, and load factors that fall as a strength or friction grows.
+Warnings name inputs that look unintended, and load factors that decrease as a strength or friction increases.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,10 +15,10 @@ from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Last parts of the names of numbers that limit forces. A state that does not reach a limit is also a state
-#: of a scene with a larger limit.
+#: Last parts of the names of numbers that limit forces, such as ``joints.friction``. A state that does not
+#: reach a limit is also a state of a scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; the others are counted.
+_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_warnings`.
 Point = Mapping[str, float]  #: Values of a run by name.
@@ -27,7 +27,8 @@ Point = Mapping[str, float]  #: Values of a run by name.
 def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
     """Return the warnings of a run as two columns of its row: sentences and records.
 
-    ``warnings`` is a text. ``warned`` has the records of the warnings for :func:`warnings_of_rows`.
+    The column ``warnings`` is a text. The column ``warned`` has the records of the warnings, which
+    :func:`warnings_of_rows` reads.
     """
     return {"warnings": "; ".join(record["sentence"] for record in records), "warned": list(records)}
 
@@ -35,8 +36,9 @@ def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
     """Yield warnings of many runs: for each warning code, the records of the first run with that code.
 
-    ``runs`` is added to each, the number of runs that have the code. If not all runs have these warnings in
-    these words, the sentence ends with the values of the first run and the number of the other runs.
+    The entry ``runs`` of each record is the number of runs with the code. If some runs lack the warning, or
+    if their sentences differ, the sentence ends with the values of the first run and the number of the other
+    runs.
     """
     runs_by_code: dict[str, list[int]] = {}
     sentences_by_code: dict[str, set[str]] = {}
@@ -59,8 +61,8 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
     """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest load factor.
 
-    Runs are compared that differ by one step of this number, with all other varied numbers equal. The record
-    is that of the largest fall. The advice depends on the method of the runs.
+    Two runs are compared if they differ by one step of this number and all other varied numbers are equal.
+    The warning states the largest decrease. Its advice depends on the method of the runs.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
@@ -70,7 +72,7 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) ->
 
 
 def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status of runs, with the number of runs and the first message."""
+    """Yield a warning for each status of the given runs, with the number of runs and the first message."""
     for status in rows["status"].unique():
         of_status = rows[rows["status"] == status]
         why = str(of_status["message"].iloc[0] or "")
@@ -84,7 +86,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of ``other`` that differ from those of ``run``, as in "tie.strength = 40"."""
+    """Return a text with the values of ``other`` that differ from ``run``, as in "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
@@ -106,11 +108,11 @@ def _largest_fall(
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
-    reason = "either the scene is weaker at the larger value, or a lower λ was missed at the smaller value"
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: {reason}{search_advice(method, 'it')}"
+        f"{numeral(second[name], 'g')}{beside}: either the scene is weaker at the larger value, or a lower λ "
+        f"was missed at the smaller value{search_advice(method, 'it')}"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,
@@ -123,7 +125,7 @@ def _largest_fall(
 
 
 def _named(point: Point) -> str:
-    """Return text with the first values of a run, and the number of its other values."""
+    """Return a text with the first values of a run, and with the number of its further values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
     more = (
         f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"

@@ -1,4 +1,4 @@
-"""Runs of a scene with different values of its numbers: solved in parallel, recorded, returned as a table."""
+"""Runs of a scene with different values of its numbers, which are solved in parallel and recorded."""
 
 import contextlib
 import pickle
@@ -39,17 +39,17 @@ from masonry_opt.studies.run_columns import CROSSING_COLUMNS, RUN_COLUMNS, frame
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 
-#: Prefix of the columns of a sample that concern the incremental load factor.
+#: Prefix of the names of a sample's columns for the incremental load factor.
 INCREMENTAL_COLUMN = "incremental_"
 #: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
 _LEAST_AXIS = 0.02
 #: Function that is called with the numbers of finished runs and of all runs.
 RunProgress = Callable[[int, int], None]
 _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
-#: Advice in the message that the table of a folder is not replaced.
+#: Advice in the error message that the table of runs in a folder would be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number, or the prefix of several names.
+_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; several charts are numbered.
 HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
 #: Names of the files that a sweep or a sample writes in addition to its table.
 _STUDY_FILES = re.compile(
@@ -57,7 +57,7 @@ _STUDY_FILES = re.compile(
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Cache of each worker thread, with the pickled settings ``how`` and the ``session`` of its last study.
+#: Cache of each worker thread: the pickled settings ``how`` of its last study, and the ``session``.
 _thread_cache = threading.local()
 
 
@@ -65,7 +65,7 @@ class Study(NamedTuple):
     """Settings that are equal in all runs of a study."""
 
     how: HowToSolve
-    make: Callable[[Mapping[str, float]], Scene]  #: returns the scene of values by name
+    make: Callable[[Mapping[str, float]], Scene]  #: function that returns the scene for values by name
     scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
 
 
@@ -77,7 +77,7 @@ class StudyOutput(NamedTuple):
     force: bool  #: True if files that other programs wrote may be replaced
 
     def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
-        """Write the table of runs and the additional files, and remove files of an earlier study.
+        """Write the table of runs and the additional files, and remove other files of an earlier study.
 
         Raises OutputError if a file cannot be written or removed.
         """
@@ -85,7 +85,7 @@ class StudyOutput(NamedTuple):
 
 
 def _is_study_file(name: str) -> bool:
-    """Return True if a sweep or a sample writes a file of this name in addition to its table."""
+    """Return True if a sweep or a sample may write a file with this name in addition to its table."""
     return _STUDY_FILES.fullmatch(name) is not None
 
 
@@ -106,12 +106,10 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve or cross a scene with pickled settings, and return its row of the table: values by column name.
+    """Solve a scene with pickled settings, or move axles over it; return its table row by column name.
 
-    Each thread reuses its last session.
-
-    In addition to RUN_COLUMNS the row has the entries that :mod:`.shared_states` and :mod:`.run_warnings`
-    read.
+    Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
+    :mod:`.shared_states` and :mod:`.run_warnings` read.
     """
     if getattr(_thread_cache, "how", None) != how:
         _thread_cache.how = how
@@ -119,7 +117,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
-    # A state under axles is not recorded for other runs, because axles may govern at another position there.
+    # A state under axles is not shared with other runs, because in another run another position may govern.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
     return entries
@@ -133,7 +131,7 @@ def run_many(
     by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
-    """Solve a scene for each dictionary of values, and return a table with one row for each.
+    """Solve a scene for each dictionary of values, and return a table with one row per dictionary.
 
     ``points`` are the dictionaries of values by name, in the order of the rows. Scenes are made in this
     process, and solved by worker processes or by the workers of a Dask scheduler. A journal in the folder of
@@ -142,7 +140,7 @@ def run_many(
 
     The frame has three attributes: ``attrs["warnings"]`` is a list of sentences, ``attrs["warning_records"]``
     has their codes too, and ``attrs["method"]`` is the name of the method. The caller writes the output. If
-    no run was solved, the folder stays as before, and NoRunSolvedError is raised.
+    no run was solved, the folder remains unchanged, and NoRunSolvedError is raised.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
@@ -182,7 +180,8 @@ def _rows_of_runs(
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # If one scene is varied, the values identify a run, so that recorded runs need no scene.
+                # If the numbers of one scene vary, the values identify a run. The scenes of recorded runs are
+                # then not made.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None
@@ -197,7 +196,7 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # A run that crashed or died is not recorded, so that a repeated command makes the run again.
+            # A run that crashed or died is not recorded, so that the same command makes the run again.
             if journal and end.how in (FINISHED, REFUSED):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
@@ -207,7 +206,7 @@ def _rows_of_runs(
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Context manager that removes the added rows of the journal if no run is solved."""
+    """Context manager that removes the rows added to the journal if no run is solved."""
     try:
         yield
     finally:
@@ -223,7 +222,7 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
-    """Return the columns of a run whose answer is replaced by a state of another run."""
+    """Return the columns of a run whose answer is replaced by a state of the run at ``found_at``."""
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
@@ -235,7 +234,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
 def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
     """Open or create the journal of a study in its folder, and return the journal.
 
-    Raises OptionError if the folder holds runs of another study, a table that would lose runs, or files of
+    Raises OptionError if the folder has runs of another study, a table that would lose runs, or files of
     other programs.
     """
     how, folder = study.how, output.folder
@@ -246,8 +245,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # Opening an existing journal raises an error if the journal records other runs. A new journal begins only
-    # if the table may be replaced.
+    # An existing journal is opened first, because this raises an error if the journal has runs of another
+    # study. A new journal is created last, after all other checks.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
@@ -263,19 +262,20 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         table = pd.read_csv(path, dtype=str)
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
-        raise OptionError(f"{path}: exists already and is not a table of runs: {_INSTEAD}") from None
+        raise OptionError(f"{path}: the file exists and is not a table of runs: {_INSTEAD}") from None
     planned = {tuple(point.values()) for point in points}
     same_columns = [*values] == [*points[0]]
     recorded = values.itertuples(index=False, name=None)
     lost = sum(not same_columns or run not in planned for run in recorded)
     if lost:
-        raise OptionError(f"{path}: {lost} of its {counted(len(table), 'run')} would be lost: {_INSTEAD}")
+        runs = counted(len(table), "run")
+        raise OptionError(f"{path}: {lost} of the {runs} in this table would be lost: {_INSTEAD}")
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
     """Return an order of runs in which runs that differ only in joint properties follow each other.
 
-    A worker builds the programs of such points only once.
+    A worker builds the programs of successive runs with equal geometry only once.
     """
     first: dict[tuple[float, ...], int] = {}
     others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
@@ -283,7 +283,7 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """Return the row of a run: its values, then RUN_COLUMNS, with the reason if the run did not finish."""
+    """Return the row of a run: its values, then RUN_COLUMNS; if it did not finish, with the reason."""
     unfinished = {"status": end.how, "reason": end.how, "message": end.reason}
     entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
@@ -293,14 +293,15 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
 def _scene_hash(scene: Scene) -> str:
     """Return a hash of a scene and of its case file.
 
-    The case file counts too: two files whose generators build equal blocks may differ once numbers vary.
+    The case file is included, because two generators that build equal blocks may build different blocks
+    after a number is varied.
     """
     records = scene, scene.case, scene.load_case
     return digest([None if record is None else record.model_dump_json() for record in records])
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
-    """Return the ends of an axis that contains all finite load factors; 0 and 1 without such values."""
+    """Return the ends of an axis that contains all finite load factors; 0 and 1 if none is finite."""
     values = np.asarray(load_factors, dtype=float)
     finite = values[np.isfinite(values)]
     least, greatest = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)

@@ -47,7 +47,7 @@ CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
 #: Names of the files of statistics, written in addition to the table of runs.
 _TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
-#: Limit of the size of correlations before Fisher's transform, which is infinite for a correlation of 1.
+#: Largest correlation for which Fisher's transform is computed, because it is infinite for 1.
 _LARGEST_CORRELATION = 1 - 1e-15
 
 
@@ -60,20 +60,20 @@ class Sample(StudyAnswer):
     - A scene that is unstable under its dead load counts as collapsed at any load.
     - A scene that is proven to carry any load collapses at no load.
     - Any other run is ``undecided``: it did not converge, is unlimited without a proof, or its process
-      crashed. Quantiles, probabilities and correlations are those of the decided runs. Their limits count
-      the undecided runs both ways: the lower limit of a probability as not collapsed, the upper limit as
-      collapsed.
+      crashed. Quantiles, probabilities and correlations are those of the decided runs. Their limits include
+      both cases: the lower limit of a probability counts undecided runs as not collapsed, the upper limit
+      as collapsed.
     - A run without an incremental load factor is undecided in the statistics of the incremental load factor.
       These statistics are NaN if no run has an incremental load factor.
-    - A run is ``refused`` if its values make no scene that can be solved. No statistic counts it.
+    - A run is ``refused`` if its values make no scene that can be solved. Statistics ignore these runs.
 
-    Confidence intervals assume independent runs, and hold for any distribution. Up to 10 numbers are drawn
-    by Sobol points, whose statistics are more accurate than the intervals show.
+    Confidence intervals assume independent runs, and are valid for any distribution. Up to 10 numbers are
+    drawn by Sobol points, whose statistics are more accurate than the intervals show.
 
     Attributes
     ----------
     case: Case file or title of the scene.
-    table: One row a run: the random values, then the columns of ``mo.sweep``.
+    table: Table with one row per run: the random values, then the columns of ``mo.sweep``.
     drawn: Names of the columns with random values.
     distributions: Distribution of each number, as text.
     """
@@ -92,8 +92,8 @@ class Sample(StudyAnswer):
     def load_factors(self) -> np.ndarray:
         """Load factor of each run with a valid scene, shape (n,).
 
-        It is -inf if the scene is unstable under its dead load, inf if the scene is proven to carry any load,
-        and NaN if the run is undecided.
+        The value is -inf if the scene is unstable under its dead load, inf if the scene is proven to carry
+        any load, and NaN if the run is undecided.
         """
         return self._of_runs("load_factor")
 
@@ -113,11 +113,11 @@ class Sample(StudyAnswer):
 
     @property
     def _counting(self) -> pd.DataFrame:
-        """Rows of the runs with a valid scene, which statistics count."""
+        """Rows of the runs with a valid scene, from which statistics are computed."""
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, with ±inf or NaN for other runs (see ``load_factors``)."""
+        """Return a column of load factors, with ±inf or NaN for runs without one (see ``load_factors``)."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -129,7 +129,7 @@ class Sample(StudyAnswer):
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, statistic: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """Return a table with a statistic of the load factors and of the incremental load factors.
+        """Return a table of a statistic for the load factors and for the incremental load factors.
 
         Parameters
         ----------
@@ -156,12 +156,12 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of undecided runs. Confidence limits cover both cases: these runs collapse, or do not."""
+        """Number of undecided runs. Confidence limits cover both cases, collapse and no collapse."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
     def refused(self) -> int:
-        """Number of runs whose values do not make a valid scene. No statistic counts these runs."""
+        """Number of runs whose values do not make a valid scene; statistics ignore these runs."""
         return int((self.table["status"] == REFUSED).sum())
 
     @property
@@ -192,10 +192,10 @@ class Sample(StudyAnswer):
         """Return quantiles of the load factor and of the incremental load factor, with confidence limits.
 
         The columns are ``probability``, ``value``, ``lower`` and ``upper``; those of the incremental load
-        factor begin with ``expected_``. The limits are two of the sorted load factors. Their ranks are
+        factor begin with ``incremental_``. The limits are two of the sorted load factors. Their ranks are
         quantiles of the binomial distribution (n, p), with equal probabilities on both sides. Undecided runs
         are sorted first for the lower limit, and last for the upper limit. A limit is NaN if there are too
-        few runs for it.
+        few runs to compute it.
 
         Raises OptionError if a probability is not between 0 and 1.
         """
@@ -217,16 +217,16 @@ class Sample(StudyAnswer):
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Return the probability of collapse at given load factors (the fragility curve).
 
-        The columns are ``load``, ``probability``, ``lower`` and ``upper``; those by the incremental load
-        factor begin with ``expected_``. The probability is the share of the decided runs whose load factor
-        does not exceed the load. The limits are those of Clopper and Pearson (1934): the lower limit as if no
-        undecided run had collapsed, the upper limit as if all had.
+        The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
+        factor begin with ``incremental_``. The probability is the share of decided runs whose load factor
+        does not exceed the load. The limits are those of Clopper and Pearson (1934): the lower limit assumes
+        that no undecided run has collapsed, the upper limit that all undecided runs have.
 
         Raises OptionError if the confidence is not between 0 and 1.
 
         Parameters
         ----------
-        loads: Load factors. Default: those of all runs, and 5 % of their range beyond both ends.
+        loads: Load factors. Default: those of all runs, and two values 5 % beyond the ends of their range.
         confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
@@ -257,12 +257,12 @@ class Sample(StudyAnswer):
         """Return Spearman's rank correlations of λ with the random numbers, strongest first.
 
         The columns are ``parameter``, ``rank_correlation``, ``lower`` and ``upper``; those of the
-        incremental load factor begin with ``expected_``. A correlation is NaN if the load factor or the
+        incremental load factor begin with ``incremental_``. A correlation is NaN if the load factor or the
         number is constant. Load factors that differ by rounding errors have equal ranks. Undecided runs are
-        left out.
+        omitted.
 
         The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
-        (2000). The intervals of all numbers hold together with the given confidence (Bonferroni).
+        (2000). All intervals are valid together with the given confidence (Bonferroni correction).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
@@ -293,7 +293,7 @@ class Sample(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the runs, about runs without an answer, and about strengths that lower λ."""
+        """Warnings of the runs, about runs without an answer, and about strengths whose increase lowers λ."""
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
         if METHODS[self._method].seeks_lowest:
             records += self._falls()
@@ -315,10 +315,11 @@ class Sample(StudyAnswer):
         for row in self.sensitivity().to_dict("records"):
             parameter, correlation = row["parameter"], row["rank_correlation"]
             if row["upper"] < 0 and is_limit(parameter):
-                falls = f"the load factor falls as {parameter} grows"
-                by = f"rank correlation {numeral(correlation, '+.3f')}"
-                reason = "larger values weaken the scene, or lower λ were missed at smaller values"
-                sentence = f"{falls} ({by}): {reason}{search_advice(self._method, 'them')}"
+                sentence = (
+                    f"the load factor falls as {parameter} grows (rank correlation "
+                    f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower λ were "
+                    f"missed at smaller values{search_advice(self._method, 'them')}"
+                )
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
@@ -332,7 +333,7 @@ class Sample(StudyAnswer):
         return self.drawing(CHART_KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
-        """Return the "fragility" curve, or the "sensitivity" to each random number, as an Altair chart.
+        """Return an Altair chart: the "fragility" curve, or the "sensitivity" to each random number.
 
         Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
@@ -365,8 +366,10 @@ class Sample(StudyAnswer):
         if lower.notna().any():
             share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
-            by = f"by {share:.1%} (median) with the stiffness of contacts and self-stress"
-            facts["spread"] = f"the incremental λ of a run varies {by}; range over all runs: {within}"
+            facts["spread"] = (
+                f"the incremental λ of a run varies by {share:.1%} (median) with the stiffness of contacts "
+                f"and self-stress; range over all runs: {within}"
+            )
         return facts
 
     def __str__(self) -> str:
@@ -390,13 +393,10 @@ class Sample(StudyAnswer):
 
 
 def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return text on a statistic and its confidence limits, for λ and for the incremental load factor.
+    """Return a text on a statistic and its confidence limits, for λ and the incremental load factor.
 
-    Parameters
-    ----------
-    row: Row of a table of ``Sample``.
-    name: Name of the statistic's column.
-    spec: Format of numbers.
+    ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the
+    format of numbers.
     """
 
     def with_limits(prefix: str) -> str:
@@ -424,7 +424,7 @@ def _refuse_shares(**shares: Sequence[float]) -> None:
     for name, values in shares.items():
         wrong = [value for value in values if not 0 < value < 1]
         if wrong:
-            raise OptionError(f"{name} must lie between 0 and 1 (found {wrong[0]})")
+            raise OptionError(f"{name} must be between 0 and 1 (found {wrong[0]})")
 
 
 def sample(  # noqa: PLR0913 - options of the public API are keywords
@@ -454,17 +454,18 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     ----------
     scene: A scene, or the path of a case file.
     distributions: By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and
-        ``("normal", mean, deviation)``, with mean and standard deviation of the number itself, the latter
-        also as a share of the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of
-        ``scipy.stats``. If the scene refuses a value drawn, such as a friction below zero, nothing is run.
+        ``("normal", mean, deviation)``, with mean and standard deviation of the number itself; the deviation
+        may be a share of the mean, ``"15%"``. Others are ``("uniform", least, greatest)`` and frozen
+        distributions of ``scipy.stats``. If a value is impossible, such as a friction below 0, nothing is
+        run.
     n: Number of runs, best a power of two. The runs of a smaller number are the first of a larger number.
     seed: Seed of the random numbers. Equal seeds give equal tables, with any number of workers.
     by: "scene": one value for all joints. "course": properties of joints (``joints.friction``, ...) are drawn
         for each course (the joints at one height), independent of the others. "joint": for each joint.
-    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ...
     out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and charts of the
-        last two. Runs that it holds already are not made again.
-    force, workers, dask, progress: As of ``mo.sweep``.
+        last two. Runs that the folder already contains are not made again.
+    force, workers, dask, progress: As for ``mo.sweep``.
 
     Returns
     -------
@@ -475,8 +476,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     ------
     OptionError
         If a name, a distribution or an argument is wrong, if the scene refuses a random value, or if ``out``
-        holds runs of another study, a table with other runs, or files with the same names from other
-        programs.
+        has runs of another study, a table with other runs, or files with the same names from other programs.
     CaseError
         If the scene is wrong.
     OutputError

@@ -1,4 +1,4 @@
-"""Answer for one scene of a study: by the method alone, or by axles that cross the scene."""
+"""Answer for one scene of a study: the result of a method, or a crossing if axles move over the scene."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -18,11 +18,11 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 class SceneAnswer(NamedTuple):
     """Result of a scene and, if axles move over the scene, their crossing."""
 
-    result: Result  #: result of the scene; of a crossing the result at the worst position
+    result: Result  #: result of the scene; for a crossing, the result at the worst position
     crossing: Crossing | None = None
 
     def columns(self) -> dict[str, Any]:
-        """Return the entries of ANSWER_COLUMNS, and those of CROSSING_COLUMNS for a crossing."""
+        """Return the values of ANSWER_COLUMNS and, for a crossing, of CROSSING_COLUMNS."""
         entries = columns(self.result)
         crossed = self.crossing
         if crossed is None:
@@ -32,12 +32,12 @@ class SceneAnswer(NamedTuple):
         entries |= crossed.place | {"bound": crossed.bound}
         entries["positions"] = len(crossed.governing) if moved else 0
         entries["undecided_positions"] = crossed.undecided if moved else 0
-        del entries["at"]  # the offsets of the other axles are equal in all runs
+        del entries["at"]  # positions of the other axles, which follow from that of the first axle
         return entries
 
     @property
     def place(self) -> str:
-        """Text that names the worst position of the axles, such as "'bogie' at -0.27, travelling right"."""
+        """Text with the worst position of the axles, such as "'bogie' at -0.27, travelling right"."""
         crossed = self.crossing
         if crossed is None or crossed.position is None:
             return ""
@@ -52,7 +52,7 @@ class SceneAnswer(NamedTuple):
 
 
 def place_text(axles: object, position: float, direction: object, load_case: object) -> str:
-    """Return text that names a position of axles, and the load case if there is one."""
+    """Return a text with a position of axles, and with the load case if there is one."""
     text = f"'{axles}' at {numeral(position, '.6g')}, travelling {direction}"
     return f"{text}, in load case '{load_case}'" if load_case else text
 
@@ -60,8 +60,9 @@ def place_text(axles: object, position: float, direction: object, load_case: obj
 def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
     """Solve a scene; if axles are among its live loads, move the axles over the scene.
 
-    The axles cross in all load cases that name them, unless the scene is in a load case already. Raises
-    KeyboardInterrupt if the user interrupts a crossing, and the errors of ``mo.solve`` and ``mo.crossing``.
+    The axles cross in all load cases that have axles, unless a load case of the scene is chosen already.
+    Raises KeyboardInterrupt if the user interrupts a crossing, and the errors of ``mo.solve`` and
+    ``mo.crossing``.
     """
     if not scene.moves_axles:
         return SceneAnswer(session.solve(scene))
@@ -80,5 +81,5 @@ def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
         yield study_warning(StudyCode.POSITIONS_UNDECIDED, sentence, count=count, positions=[first])
     if crossed.left_out:
         cases = some([*map(repr, crossed.left_out)])
-        sentence = f"load cases without axles are left out ({cases}): give --load-case NAME to study one"
+        sentence = f"load cases without axles are left out ({cases}): use --load-case NAME to study one"
         yield study_warning(StudyCode.CASES_WITHOUT_AXLES, sentence, cases=list(crossed.left_out))

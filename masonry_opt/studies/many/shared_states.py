@@ -2,9 +2,9 @@
 
 The runs of a sweep or sample often differ only in limits: the strength of a tie, or the friction of joints.
 An exact state found in one run is also a state of every other run whose limits it respects. For example, a
-tie that bears 17 kN of its 20 kN bears them with a strength of 30 kN too. Each run searches on its own and
-may miss such a state. :func:`shared_answers` therefore certifies lower states of other runs by the matrices
-of each run.
+tie that carries 17 kN of its strength of 20 kN can carry 17 kN with a strength of 30 kN too. Each run
+searches independently and may miss a state of another run. :func:`shared_answers` therefore certifies lower
+states of other runs by the matrices of each run.
 """
 
 import base64
@@ -24,12 +24,13 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Largest number of joints (in space of contact points) of scenes whose states are recorded. A state of a
-#: larger scene takes more than 150 kB of the journal and of memory.
+#: Largest number of joints (in space: contact points) of scenes whose states are recorded. A state of a
+#: larger scene needs more than 150 kB of the journal and of memory.
 RECORDED_UP_TO = 3000
 
-#: Factor on the limits of residuals in the quick test of states. A smaller factor may reject states that the
-#: certificate accepts. With a larger factor more certificates are computed in vain.
+#: Factor by which the quick test of states exceeds the limits of residuals. A smaller factor may reject
+#: states that the certificate accepts. With a larger factor more certificates are computed for states that
+#: fail.
 MARGIN = 10.0
 
 Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_state`.
@@ -57,8 +58,8 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
     """Return the exact state of a run as columns of text for a journal, for :func:`shared_answers`.
 
     - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
-      The hash is missing if no state of another run can be the answer: the scene is unstable under its dead
-      load, or it is proven to carry any load.
+      The hash is missing if no state of another run can be the answer, for example because the scene is
+      unstable under its dead load or is proven to carry any load.
     - ``forces``, ``velocities``: the exact state that the run found, if it found one.
     """
     may_take_states = solution.load_factor is not None or solution.status in (
@@ -78,12 +79,12 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
     """Yield a new answer for each run for which another run found a state with a lower load factor.
 
-    A yielded state is certified as exact by the matrices and limits of the run whose answer it replaces. It
-    is the lowest of the states that are. The answers do not depend on the order in which the runs ended.
+    The state is certified as exact by the matrices and limits of the run whose answer it replaces. If several
+    states are certified, the lowest is yielded. The answers do not depend on the order in which runs ended.
 
     Parameters
     ----------
-    rows: One row a run, with its ``load_factor`` and the entries of :func:`recorded_state`.
+    rows: One row per run, with its ``load_factor`` and the entries of :func:`recorded_state`.
     make: Function that returns the scene of a run by its index.
     """
     groups: dict[str, list[int]] = {}
@@ -112,15 +113,15 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Arrays of forces and slips of states, for a quick test of which states other runs may have.
+    """Arrays of forces and slips of states, for a quick test that excludes states of other runs.
 
-    A sample of 1000 runs has 500,000 such pairs, and a certificate takes about a millisecond. The screen
-    tests necessary conditions of the certificate for all states at once. It never confirms a state.
+    A sample of 1000 runs has 500,000 pairs of a state and a run, and a certificate takes about a millisecond.
+    The quick test checks necessary conditions of the certificate for all states at once.
     """
 
     row: dict[int, int]  #: index of the array row of a state, by the number of the run
     n: np.ndarray  #: normal forces of the joints, shape (states, c)
-    s: np.ndarray  #: sizes of the shears of the joints, shape (states, c)
+    s: np.ndarray  #: sizes of the shear forces of the joints, shape (states, c)
     slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
     limited: np.ndarray  #: forces of ties, props and earth, shape (states, t)
 
@@ -140,7 +141,8 @@ class Screen:
     def possible(self, problem: Problem, states: Sequence[FoundState]) -> list[FoundState]:
         """Return the states that may be exact states of a problem, in their original order.
 
-        The other states exceed the limit of a force, or have joints that slide below their shear limit.
+        States that exceed the limit of a force, or have joints that slide below their shear limit, are
+        excluded.
         """
         rows = [self.row[state.run] for state in states]
         most = LIMITS[Kind.EXACT]
@@ -156,7 +158,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state has a lower load factor than a run's answer, or the run has no answer."""
+    """Return True if a state has a lower load factor than the answer of a run, or if there is no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True

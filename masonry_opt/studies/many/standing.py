@@ -1,4 +1,4 @@
-"""Margin of a scene under its dead load alone: positive if the scene is stable, negative if it is not."""
+"""Margin of a scene under its dead load alone: positive if the scene is stable, negative if unstable."""
 
 from dataclasses import replace
 from math import inf
@@ -29,8 +29,9 @@ from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 class DeadLoadMargin(NamedTuple):
     """Margin of stability of a scene under its dead load alone.
 
-    Some scenes have no finite margin: joints that crush, blocks that wedge, joints without friction. Their
-    margin is inf if the scene is stable and -inf if it is unstable, without a certificate.
+    Some scenes have no finite margin, for example with joints that crush, blocks that wedge, or joints
+    without friction. The margin is then inf if the scene is stable and -inf if it is unstable, without a
+    certificate.
     """
 
     margin: float  #: margin in median block weights; negative if no equilibrium exists
@@ -41,8 +42,8 @@ class DeadLoadMargin(NamedTuple):
 def standing(scene: Scene) -> DeadLoadMargin:
     """Return the margin of stability of a scene under its dead load alone.
 
-    The margin is the load factor λ of a live load that takes a median block weight off the normal force of
-    every joint, see :func:`~masonry_opt.stability.dead_load.with_pressure_removed`. It solves eq. (9).
+    The margin is the load factor λ, by eq. (9), of a live load that reduces the normal force of every joint
+    by a median block weight; see :func:`~masonry_opt.stability.dead_load.with_pressure_removed`.
 
     Raises CaseError if the scene is wrong, and NoLoadFactorError if its stability cannot be decided.
     """
@@ -71,18 +72,18 @@ def standing(scene: Scene) -> DeadLoadMargin:
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Return the solution of eq. (9) with a live load that takes normal force off every joint.
+    """Solve eq. (9) with a live load that reduces the normal force of every joint.
 
-    Returns None without an acceptable answer, and for joints of limited strength, which a larger normal
-    force may crush.
+    None is returned if there is no acceptable answer, or if the strength of joints is limited, because a
+    larger normal force may then crush them.
     """
     if len(pressed.crushing) or not pressed.live_norm:
         return None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # The usual limit of complementarity is relative to λ, which is the margin here and may be zero. Here the
-    # absolute energy has a limit, because the thrust of a long arch is hundreds of block weights.
+    # The usual limit of complementarity is relative to λ, which is the margin here and may be zero. The
+    # energy itself is limited instead.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
@@ -90,7 +91,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
-    """Return a mechanism driven by the dead load, shape (3b,); None if the scene is stable.
+    """Return a mechanism, shape (3b,), that the dead load drives; None if the scene is stable.
 
     Raises NoLoadFactorError if the stability cannot be decided.
     """

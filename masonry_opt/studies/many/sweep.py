@@ -48,39 +48,48 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its numbers.
 
-    Axles cross the scene in each run if the scene has axles: λ is then the least of all positions and of all
+    If the scene has axles, they cross the scene in each run. λ is then the least of all positions and of all
     load cases with axles, as :func:`~masonry_opt.crossing` finds it.
 
-    Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
-    state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
-    for methods that look for the lowest state: "coulomb", "mpec" and "global".
+    Runs that differ only in limits of forces, such as the strength of a tie, share exact states. A lower
+    state of another run replaces the answer of a run if the run's own matrices certify the state as exact.
+    Only methods that look for the lowest state share states: "coulomb", "mpec" and "global".
 
     Parameters
     ----------
     scene: A scene, the path of a case file, or a function of the numbers that returns a scene.
-    vary: Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
-        :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
-    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
-    out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
-        again: an interrupted sweep continues where it stopped. A table that would lose runs is not replaced.
-    force: Replace such a table, and files that were not written here. (Runs stay in ``journal.jsonl``.)
-    workers: Number of processes; by default one a core.
+    vary: Values by name. The numbers of a scene have names such as ``joints.friction``, ``block.A.weight``
+        and ``arch.thickness`` (see :mod:`~masonry_opt.studies.many.parameters`). The names for a function are
+        those of its arguments.
+    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ...
+    out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that the folder contains are
+        not made again: an interrupted sweep continues where it stopped. A table that would lose runs is not
+        replaced.
+    force: True to replace a table that would lose runs, and files of other programs. The runs remain in
+        ``journal.jsonl``.
+    workers: Number of processes; by default one per core.
     dask: Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
     progress: Function called with the number of finished runs and the number of all runs.
 
     Returns
     -------
     pandas.DataFrame
-        One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
-        ``which`` (name of this load factor, such as "lowest found" or "associative"), ``status``, ``reason``
-        (code), ``any_load`` (True if the scene carries any load; proven by a Coulomb method), ``exact``,
-        ``states`` (number of different exact states found), ``incremental`` (incremental load factor; NaN if
-        it is switched off), ``spread_lower`` and ``spread_upper`` (range of incremental load factors, with
-        the option ``spread``), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
-        ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
-        or "none"), the numbers of joints in each of these motions (``slides``, ``hinges``, ``separates``,
-        ``crushes``), ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the other run in which
-        the state was found, else "") and ``warnings`` (of the run's scene).
+        Table with one row per run; the values of the last name in ``vary`` change fastest. The first columns
+        are the values. Further columns are
+
+        - ``load_factor`` (NaN without a load factor), and ``which``, the name of this load factor, such as
+          "lowest found" or "associative";
+        - ``status``, ``reason`` (a code) and ``message``;
+        - ``any_load`` (True if a Coulomb method has proven that the scene carries any load), ``exact``, and
+          ``states`` (number of different exact states found);
+        - ``incremental`` (incremental load factor; NaN if it is switched off), ``spread_lower`` and
+          ``spread_upper`` (its range with the option ``spread``), and ``associative``;
+        - the residuals of the certificate: ``equilibrium``, ``yield``, ``flow`` and ``complementarity``;
+        - ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating" or "none"), and the numbers
+          of joints in each motion: ``slides``, ``hinges``, ``separates`` and ``crushes``;
+        - ``blocks``, ``joints`` and ``seconds``;
+        - ``state_from`` (the other run in which the state was found, else "") and ``warnings`` (about the
+          scene of the run).
 
         If axles cross the scene, the columns ``load_case``, ``axles``, ``direction`` and ``position`` (of the
         first axle) name the worst position. Further columns are ``bound`` (as in ``mo.crossing``),
@@ -93,7 +102,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     Raises
     ------
     OptionError
-        If a name, a value, a method or an option is wrong, or if ``out`` holds runs of another study, a
+        If a name, a value, a method or an option is wrong, or if ``out`` has runs of another study, a
         table with other runs, or files with the same names from other programs.
     CaseError
         If the case file or the scene is wrong.
@@ -129,10 +138,10 @@ def _drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Any]:
 def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     """Return all combinations of values; the values of the last name change fastest.
 
-    Raises OptionError if there are no values, if a value is no number, or if a value occurs twice.
+    Raises OptionError if there are no values, if a value is not a number, or if a value occurs twice.
     """
     if not isinstance(vary, Mapping) or not vary:
-        raise OptionError("vary must be values by name, such as {'joints.friction': [0.3, 0.4]}")
+        raise OptionError("vary must be a dictionary, such as {'joints.friction': [0.3, 0.4]}")
     axes: list[list[float]] = []
     for name, values in vary.items():
         if name in RUN_COLUMNS:
@@ -145,15 +154,16 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         if not axis or any(map(math.isnan, axis)):
             raise OptionError(f"vary: '{name}' needs at least one number, and no NaN")
         if len(set(axis)) < len(axis):
-            raise OptionError(f"vary: '{name}' has a value twice")
+            raise OptionError(f"vary: '{name}' has a value twice: remove the repeated value")
         axes.append(axis)
     return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
 
 
 def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Mapping[str, float]], Scene]:
-    """Return a function that makes the scene for a dictionary of values by the user's function.
+    """Return a function that calls the user's function with a dictionary of values.
 
-    Raises OptionError if the function has other parameters, and later if it returns no scene.
+    Raises OptionError if the user's function has other parameters. The returned function raises OptionError
+    if the user's function returns no scene.
     """
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
@@ -171,9 +181,9 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return text on the first of some runs, and the number of the other runs.
+    """Return a text with the values of the first of some runs, and with the number of the other runs.
 
-    The text contains the values of the run and, if axles cross its scene, their worst position.
+    If axles cross the scene of the run, the text also has their worst position.
     """
     row = rows.iloc[0]
     first = ", ".join(f"{name} = {row[name]:g}" for name in names)
@@ -194,7 +204,7 @@ def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
         lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
     shared = int((frame["state_from"] != "").sum())
     if shared:
-        lines.append(f"{counted(shared, 'run')} take a lower state found by another run (column state_from)")
+        lines.append(f"answers replaced by a lower state of another run: {shared} (column state_from)")
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():
         rows = failed[failed["status"] == status]

@@ -1,4 +1,4 @@
-"""Function ``report``: answers on one page that prints completely, with inputs, checks and what was left out.
+"""Function ``report``: answers on one page that prints completely, with inputs, checks and omissions.
 
 Each kind of answer becomes a ``ReportPart`` of the page; the template ``report.html`` arranges the parts.
 """
@@ -49,8 +49,8 @@ Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a re
 _MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
-_MOST_CASE_FILE_LINES = 600  #: Largest number of lines up to which a case file is printed.
-#: Attributes of a scene with lists of records, by the heading of their table in the report.
+_MOST_CASE_FILE_LINES = 600  #: Largest number of lines of a case file that is printed.
+#: Names of the attributes of a scene that are lists of records, by the heading of their table in the report.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
@@ -60,9 +60,9 @@ _RECORDS = {
     "Props": "props",
     "Load cases": "load_cases",
 }
-#: Columns of the table of joints, in the plane and in space.
+#: Columns of the table of joints; columns without values in the plane or in space are omitted.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-#: Statement of a report on a stable scene without live load, in the list of what was not checked.
+#: Statement in the list of unchecked points of a report, for a stable scene without live load.
 _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "Loads other than the dead load: the scene is stable under its dead load, but its reserve against wind, "
     "impact, settlement and people is not known."
@@ -74,7 +74,7 @@ _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 @dataclass(frozen=True, kw_only=True)
 class ReportPart:
-    """Part of a report, about one answer."""
+    """Part of a report about one answer, as values for the template of the page."""
 
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
@@ -89,7 +89,7 @@ class ReportPart:
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
-    followed: bool = False  #: True if a mechanism was followed beyond its onset
+    followed: bool = False  #: True if a mechanism was followed over finite displacements
     pushed: bool = True  #: True if live loads act, so that results are load factors
     varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
 
@@ -106,7 +106,7 @@ def report(
     Parameters
     ----------
     answer: answer of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
-        a list of answers about scenes of equal content.
+        a list of answers about equal scenes.
     path: file of the page.
     units: names of the units of length and force, as in "m, kN"; case files do not name them.
     force: True to replace a file of another program.
@@ -122,7 +122,7 @@ def report(
     """
     refuse_report(path, units, force)
     parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
-    varied = {key for part in parts for key in part.varied}  # the scenes may differ in these keys only
+    varied = {key for part in parts for key in part.varied}  # keys in which the scenes may differ
     scenes = [part.assembly.scene for part in parts]
     contents = [scene.model_dump(exclude=varied) for scene in scenes]
     if not scenes or any(content != contents[0] for content in contents):
@@ -133,7 +133,7 @@ def report(
 
 
 def _with_distinct_headings(parts: Sequence[ReportPart]) -> list[ReportPart]:
-    """Return the parts of a report with numbers added to headings that occur more than once."""
+    """Return the parts of a report; headings that occur more than once are numbered."""
     headings, numbered = [part.heading for part in parts], []
     for count, part in enumerate(parts, start=1):
         occurs_again = headings.count(part.heading) > 1
@@ -143,7 +143,7 @@ def _with_distinct_headings(parts: Sequence[ReportPart]) -> list[ReportPart]:
 
 
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
-    """Raise OptionError if a report cannot be written to a file, before a long computation."""
+    """Raise OptionError if a report cannot be written to a file; call this before a long computation."""
     if not isinstance(path, str | Path):
         raise OptionError(f"the path of a file must be text or a pathlib.Path (found {path!r})")
     if not is_page(path):
@@ -155,7 +155,7 @@ def refuse_report(path: str | Path, units: str | None = None, force: bool = Fals
 
 
 def _units(units: str | None) -> dict[str, str]:
-    """Return the names of the units of "length" and "force"; "" if they are not given."""
+    """Return the names of the units of "length" and "force"; empty texts if no names are set."""
     if units is None:
         return {"length": "", "force": ""}
     names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
@@ -170,8 +170,10 @@ def _part(answer: object) -> ReportPart:
 
     Raises OptionError if the argument is not an answer.
     """
-    studies = "solve, crossing, solve_cases, directions, settle or capacity"
-    raise OptionError(f"a report needs answers of {studies} (found {type(answer).__name__})")
+    raise OptionError(
+        "a report needs answers of solve, crossing, solve_cases, directions, settle or capacity (found "
+        f"{type(answer).__name__})"
+    )
 
 
 @_part.register
@@ -274,13 +276,13 @@ def _(answer: Capacity) -> ReportPart:
         facts=answer.facts(),
         pictures={"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)},
         tables={f"Every state ({len(answer.table)})": frame_table(answer.table.drop(columns="pairs"))},
-        left_open=[] if answer.reaches_zero else ["What comes after the curve's end."],
+        left_open=[] if answer.reaches_zero else ["The motion beyond the end of the capacity curve."],
         followed=True,
     )
 
 
 def _of_case(heading: str, result: Result) -> str:
-    """Return a heading with the load case of a result, if it has one."""
+    """Return a heading, with the load case of the result if it has a load case."""
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
 
 
@@ -333,14 +335,14 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
 
 
 def _tables_of_inputs(scene: Scene, axles: Sequence[Axles]) -> dict[str, dict[str, Any]]:
-    """Return tables of the inputs of a scene (loads, ties, fills, axles, ...) by heading."""
+    """Return the tables of a scene's inputs, such as loads, ties, fills and axles, by heading."""
     records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
     records = {heading: rows for heading, rows in records.items() if rows}
     return {_counted(heading, rows): _of_records(rows[:_MOST_ROWS]) for heading, rows in records.items()}
 
 
 def _residuals(result: Result) -> list[str]:
-    """Return text on the residuals of a certified answer and their limits."""
+    """Return texts with the residuals of a certified answer and their limits."""
     limits = LIMITS[result.kind].as_dict()
     residuals = result.certificate.as_dict() if result.certificate else {}
     return [f"{numeral(value, '.1e')} ≤ {limits[name]:g}" for name, value in residuals.items()]
@@ -382,19 +384,19 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
 
 
 def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
-    """Return a heading with the number of rows, and the number of printed rows if it is smaller."""
+    """Return a heading with the number of rows; if only some rows are printed, with their number too."""
     count = len(rows)
     return f"{heading} ({count if count <= _MOST_ROWS else f'{_MOST_ROWS} of {count}'})"
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    """Return records as a table of a page, with columns only for keys that differ from defaults."""
+    """Return records as a table of a page; keys with default values in all records have no column."""
     rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
     return frame_table(rows.where(rows.notna(), "").map(_cell))
 
 
 def _cell(value: object) -> str:
-    """Return a value of a record as the text of a cell."""
+    """Return the value of a key of a record as text for a table cell."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_cell(entry)}" for key, entry in value.items())
     if isinstance(value, list | tuple):

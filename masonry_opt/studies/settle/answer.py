@@ -42,7 +42,7 @@ KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": A
 _WRITTEN_JOINTS = 12  #: Largest number of joints whose opening is written into a picture.
 #: Note on the numbers in a picture.
 _NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
-_ARROWS = "direction in which the support moves"  #: Entry of the legend for the arrows on supports.
+_ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Bound:
     with_associative: Result with associative flow; ``result`` itself if the chosen method is associative.
     start: Reaction at λ = 0.
     per_load_factor: Change of the reaction per unit of λ.
-    movement: Movement of the supports, in the unit of length, at which openings are given too; or None.
+    movement: Movement of the supports, in the unit of length, at which openings are reported too; or None.
     """
 
     result: Result
@@ -72,8 +72,8 @@ class Bound:
     def answered_by(self) -> str | None:
         """Kind of the result (a key of ``results``) whose reaction is ``reaction``; None without a reaction.
 
-        The chosen method comes first. If it finds no exact state on this side of the reaction at rest, the
-        reaction is that of the incremental analysis ("incremental").
+        It is the kind of the chosen method if this method finds an exact state on this side of the reaction
+        at rest. Otherwise it is "incremental", for the incremental analysis.
         """
         if self.result.load_factor is not None:
             return next(iter(self.results))
@@ -81,9 +81,9 @@ class Bound:
 
     @property
     def reaction(self) -> float | None:
-        """Reaction by the chosen method, or by the incremental analysis if that method has no load factor.
+        """Reaction by the chosen method, or by the incremental analysis if the method has no load factor.
 
-        ``answered_by`` names the method.
+        The property ``answered_by`` names the method.
         """
         load_factor = self.result.load_factor
         return self.incremental if load_factor is None else self._reaction(load_factor)
@@ -114,7 +114,7 @@ class Bound:
 
     @property
     def unlimited(self) -> bool:
-        """True if it is proven that this limit does not exist: the reaction is unlimited."""
+        """True if a proof shows that the reaction is unlimited."""
         return self.result.solution.carries_any_load
 
     @property
@@ -163,16 +163,16 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if it is proven that no exact state has a reaction closer to the reaction at rest."""
+        """True if a proof shows that no exact state has a reaction closer to the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
     def history_ends_nearer(self) -> bool:
-        """True if the reaction at the end of the load history is closer to that at rest than ``reaction``."""
+        """True if the load history ends closer to the reaction at rest than ``reaction``."""
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return text on how certain the reaction of a result is; "" if the reaction does not exist.
+        """Return a text on the certainty of a result's reaction; an empty text if there is no reaction.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.
@@ -189,8 +189,10 @@ class Bound:
             return "no state has a reaction that differs more from the reaction at rest"
         if self.is_proven:
             return f"{state_found(result)}; proven: no exact state has a reaction closer to that at rest"
-        nearer = "exact states may have a reaction closer to the reaction at rest"
-        return f"{state_found(result)}; found, not proven: {nearer}{search_remark(result, 'them')}"
+        return (
+            f"{state_found(result)}; found, not proven: exact states may have a reaction closer to the "
+            f"reaction at rest{search_remark(result, 'them')}"
+        )
 
     def _reaction(self, load_factor: float | None) -> float | None:
         """Return the reaction at a load factor; a value of the size of rounding errors becomes zero."""
@@ -211,9 +213,9 @@ class Settlement(StudyAnswer):
     direction: Unit vector in which the supports settle.
     turns: True if each support can turn.
     method: Name of the chosen method.
-    at_rest: Reaction by elastic contacts while the supports do not move; None if it was not found.
-    least, greatest: Reactions at both ends; None if no reaction holds the scene.
-    fallen: If no reaction holds the scene, the result with the reason and the mechanism; else None.
+    at_rest: Reaction with elastic contacts while the supports do not move; None if it was not found.
+    least, greatest: Least and greatest reaction; None if the scene is unstable with every reaction.
+    fallen: If the scene is unstable with every reaction, the result with the mechanism; otherwise None.
     assembly: Assembly of the scene with fixed supports, in its load case.
     """
 
@@ -238,12 +240,12 @@ class Settlement(StudyAnswer):
 
     @property
     def movement(self) -> float | None:
-        """Movement of the supports at which openings are given in units of length; None if none was given."""
+        """Movement of the supports, in the unit of length, at which openings are reported; or None."""
         return self.least.movement if self.least else None
 
     @property
     def status(self) -> Status:
-        """Status STABLE if the scene is stable with some reaction; otherwise the status of ``fallen``."""
+        """Status STABLE if the scene is stable with a reaction; otherwise the status of ``fallen``."""
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
@@ -271,7 +273,7 @@ class Settlement(StudyAnswer):
 
         The columns are ``joint`` (its row in the result's ``joints``), ``first``, ``second``, the point
         ``x``, ``y`` (``z``) that opens most, ``opening`` at this point, and ``sliding``. Both are per unit
-        that the support moves, in a small motion: mm per mm. If a movement was given to ``settle``, the
+        that the support moves, in a small motion: mm per mm. If ``settle`` was called with a movement, the
         columns ``opening_at_movement`` and ``sliding_at_movement`` are at this movement, in units of length.
         """
         return self.least.openings if self.least else pd.DataFrame()
@@ -288,18 +290,21 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield warnings if limit reactions may be closer to the reaction at rest, or on its other side."""
+        """Yield warnings if a limit reaction may be closer to the reaction at rest, or on its other side."""
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
-            answer, at_end = numeral(reaction, ".6g"), numeral(incremental, ".6g")
-            nearer = f"the load history ends with {at_end}, closer to the reaction at rest than {answer}"
-            sentence = f"{name} reaction: {nearer}: the scene may collapse there"
+            sentence = (
+                f"{name} reaction: the load history ends with {numeral(incremental, '.6g')}, closer to the "
+                f"reaction at rest than {numeral(reaction, '.6g')}: the scene may collapse there"
+            )
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
         if end.across_rest is not None:
-            state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
-            across = f"{state}, on the other side of the reaction at rest"
-            sentence = f"{name} reaction: {across}: the scene would fall if it had the forces of that state"
+            sentence = (
+                f"{name} reaction: an exact collapse state has the reaction "
+                f"{numeral(end.across_rest, '.6g')}, on the other side of the reaction at rest: the scene "
+                "would fall if it had the forces of this state"
+            )
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
@@ -312,7 +317,7 @@ class Settlement(StudyAnswer):
         facts = {"case": self.case, "method": self.method, "settles": settles}
         if self.fallen:
             return facts | {
-                "reaction": f"none makes the blocks stable ({self.status}): {self.fallen.message}"
+                "reaction": f"no reaction makes the blocks stable ({self.status}): {self.fallen.message}"
             }
         if self.at_rest is not None:
             facts["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
@@ -380,7 +385,7 @@ class Settlement(StudyAnswer):
 
         ``end``, ``kind`` and ``view`` are those of ``plot``. The file is written completely or not at all.
         Raises OptionError if the name has another ending, if the file cannot be written or replaced
-        (``force`` replaces files of other programs), or as ``plot``.
+        (``force`` replaces files of other programs), or for the reasons of ``plot``.
         """
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
@@ -409,7 +414,7 @@ class Settlement(StudyAnswer):
 
 
 def _bound_as_dict(end: Bound) -> dict[str, Any]:
-    """Return the least or the greatest reaction, its opening joints and load factors, as plain values."""
+    """Return the least or the greatest reaction with its openings and results, as plain values."""
     names = ("reaction", "answered_by", "incremental", "associative", "across_rest", "unlimited")
     values: dict[str, Any] = {name: getattr(end, name) for name in names}
     values["openings"] = records(end.openings)
@@ -427,7 +432,7 @@ def _moving(result: Result) -> list[str]:
 
 
 def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
-    """Return a picture of the mechanism, with values at the joints that open or slide most."""
+    """Return a picture of a mechanism, with numbers at the joints that open or slide most."""
     refuse_view(result.assembly.scene, view)
     elements, joints = result_elements(result), result.assembly.joints
     marks = [replace(mark, label=_ARROWS) if mark.name == "live" else mark for mark in elements.loads]
@@ -442,7 +447,7 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 
 def _words(end: Bound) -> str:
-    """Return text on a limit reaction: value, certainty, and the reactions by other analyses."""
+    """Return a text on a limit reaction: its value, its certainty, and the reactions by other analyses."""
     by_kind = {row["kind"]: row for row in end.rows()}
     lines = [_reaction_text(end)]
     if end.answered_by is not None:
@@ -456,13 +461,12 @@ def _words(end: Bound) -> str:
 
 
 def _reaction_text(end: Bound) -> str:
-    """Return text on a limit reaction: value and moving blocks, or the status if it was not found."""
+    """Return a text on a limit reaction: value and moving blocks, or the status if it was not found."""
     if end.reaction is None:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        by = "by the incremental analysis (no exact collapse state was found on this side)"
-        return f"{value} {by}"
+        return f"{value} by the incremental analysis (no exact collapse state was found on this side)"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"

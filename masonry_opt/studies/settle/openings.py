@@ -8,7 +8,7 @@ from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.thresholds import ZERO
 
-#: Rotation of a block, in radians, above which the openings of a small motion are refused as inaccurate. The
+#: Largest rotation of a block, in radians, for which the openings of a small motion are accurate enough. The
 #: relative error of an opening is about as large as the rotation.
 SMALL_ROTATION = 0.1
 
@@ -39,7 +39,7 @@ def joint_openings(result: Result) -> pd.DataFrame:
 
 
 def movement_of_supports(result: Result) -> float:
-    """Return the movement of the supports in the velocities of a mechanism."""
+    """Return the velocity with which the supports move in a mechanism."""
     # The only live load is the push in the direction in which the supports move.
     problem, d = result.assembly.problem, result.solution.d
     assert d is not None

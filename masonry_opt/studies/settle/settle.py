@@ -43,8 +43,9 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
 
     The support moves in one direction (it settles), or against it (it is pushed back), and does not move or
     turn otherwise. Its reaction is the force of the ground against the direction of settlement, positive if
-    the ground presses on the support. The reaction falls to the least as the support settles, and grows to
-    the greatest as it is pushed back. Both may be negative (the ground must pull), or unlimited.
+    the ground presses on the support. The reaction decreases to its least value as the support settles, and
+    increases to its greatest value as the support is pushed back. Both values may be negative (the ground
+    must pull), or unlimited.
 
     Live loads of the scene are ignored. The ground carries the weight and the loads of the supports.
 
@@ -54,10 +55,10 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     support: name of a fixed block. Several supports move at a common rate, and the reaction is their sum.
     direction: direction in which the support settles, ``(x, y)``, in space ``(x, y, z)``, of any length.
     turns: True if each support can also turn, also at rest; the reaction then passes through its centroid.
-    movement: Movement of the support in this direction, in the unit of length, at which openings are given
+    movement: movement of the support in this direction, in the unit of length, at which openings are reported
         too.
-    load_case: name of the load case whose dead loads act.
-    method, phases, options: as of :func:`~masonry_opt.solve`, its model, solver, ... too.
+    load_case: name of the load case whose dead loads are applied.
+    method, phases, options: as for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ...
 
     Returns
     -------
@@ -71,7 +72,7 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     OptionError
         If a support does not exist, can move already, or touches no block that can move; if the direction is
         not a vector of the scene's dimension; if the movement is not above zero, or so large that openings of
-        small motions are inaccurate; or as :func:`~masonry_opt.solve`.
+        small motions are inaccurate; or for the reasons of :func:`~masonry_opt.solve`.
     """
     session = prepare(method, function=settle, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
@@ -95,8 +96,8 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     effort.begins("reaction at rest")
     rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # No forces at rest are known, so the incremental analysis has no start. The search for one end of the
-        # range starts at the other end with associative flow, where the forces are known.
+        # Without forces at rest the incremental analysis has no start, so it is switched off. The search for
+        # each reaction starts at the opposite reaction with associative flow, for which forces are known.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
@@ -104,16 +105,15 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(assembly: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
-        """Return the limit reaction for one sense of motion; the push starts at known joint forces."""
+        """Return the limit reaction for one direction of motion, starting at the reaction ``start``."""
         dead = assembly.problem.dead - sign * start * assembly.problem.live
         preloaded = replace(assembly, problem=replace(assembly.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
-            largest = f"{end.largest_movement:.3g}"
-            follows = "blocks turn so far that openings of small motions are inaccurate"
             raise OptionError(
-                f"{scene.origin}: movement: {follows}: give at most {largest} (found {movement:g})"
+                f"{scene.origin}: movement: blocks turn so far that openings of small motions are "
+                f"inaccurate: give at most {end.largest_movement:.3g} (found {movement:g})"
             )
         return end
 
@@ -129,12 +129,14 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
         return
     is_number = isinstance(movement, int | float) and not isinstance(movement, bool)
     if not is_number or not 0 < movement < np.inf:
-        needs = "needs a length above zero, such as 0.02; 'direction' sets the sense of the movement"
-        raise OptionError(f"{scene.origin}: movement: {needs} (found {movement!r})")
+        raise OptionError(
+            f"{scene.origin}: movement: needs a length above zero, such as 0.02; 'direction' sets the "
+            f"direction of the movement (found {movement!r})"
+        )
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and greatest associative reactions (relative to the live load), with joint forces.
+    """Return the least and the greatest associative reaction, divided by the live load, with joint forces.
 
     An unlimited reaction is replaced by a number that differs from the other reaction by 1.
     """
