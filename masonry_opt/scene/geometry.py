@@ -46,8 +46,8 @@ _GAP_ROUNDING = 1e-6
 #: smaller value, some joints remain wedge-shaped. A larger value aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Largest distance, relative to the tolerance, of a corner from the outline without this corner at which the
-#: corner is removed.
+#: Distance of a corner from the straight line between its neighbours, relative to the tolerance, up to which
+#: the corner is removed.
 STRAIGHT = 0.1
 
 

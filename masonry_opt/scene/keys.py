@@ -133,7 +133,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each key or block whose dimension differs from that of the scene."""
+    """Yield an error message for each key or block that does not fit the dimension of the scene."""
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:

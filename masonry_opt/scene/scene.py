@@ -21,7 +21,7 @@ _MOST_DRAWN_BLOCKS = 2000
 
 
 class Scene(SceneKeys):
-    """Rigid blocks with loads and joint properties, of which the joints follow from the geometry.
+    """Rigid blocks with loads and joint properties. The joints are computed from the geometry.
 
     ``scene["A"]`` is the block with that name.
 
@@ -316,7 +316,7 @@ class Scene(SceneKeys):
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the scenes have equal keys and load cases; their files do not matter."""
+        """Return True if the scenes have equal keys, load cases and settlements, from any files."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
         same = same and self.settled is other.settled  # type: ignore[attr-defined]
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

@@ -418,7 +418,7 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the least-squares mean direction of unit vectors; the signs of the vectors do not matter.
+    """Return the least-squares mean direction of unit vectors, whose signs have no effect on the result.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
     matrix of points, in units of the tolerance, on planes to which the direction should be normal.

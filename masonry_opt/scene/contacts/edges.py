@@ -23,7 +23,7 @@ _COINCIDENT_EDGE_TOLERANCE = 1e-3
 #: false joints.
 _SHORTEST_PARALLEL = 3.0
 
-#: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
+#: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value
 #: needs more time and memory.
 _MOST_EDGES = 20_000_000
 
@@ -188,7 +188,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield the chains of consecutive segments of one pair of blocks, each simplified.
+    """Yield the chains of consecutive segments of one pair of blocks, after simplifying each chain.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.

@@ -304,7 +304,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lengths and midpoints of plane joints after recomputing those that alignment moved."""
+    """Return the lengths and midpoints of plane joints, recomputed where the alignment moved a joint."""
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[after.shift > 0])
     start = after.point[np.searchsorted(joint, moved)]
@@ -379,16 +379,16 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     deepest = max(overlaps[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
-    advice = "move them apart"
+    advice = "move the blocks apart"
     if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
-        advice = "one block is inside the other: move them apart, or remove one of them"
+        advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
         joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
         parallel = ", which also aligns nearly parallel sides" if joining > depth else ""
-        advice += f", or {set_tolerance(joining)} if their coordinates are inexact{parallel}"
+        advice = f"move the blocks apart, or {set_tolerance(joining)} if coordinates are inexact{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice += f", or {set_contact_tolerance(depth)} if they are meant to overlap"
+        advice = f"move the blocks apart, or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""

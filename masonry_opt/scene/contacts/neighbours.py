@@ -22,7 +22,7 @@ CONTACT_FUNCTIONS: dict[
 }
 
 #: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
-#: With a larger value, a scene of coincident blocks is refused only after more time and memory.
+#: With a larger value, a scene of coincident blocks needs more time and memory before it raises an error.
 _MOST_PAIRS = 1_000_000
 
 #: Largest number of pairs of neighbouring blocks for each block. In a wall, a block has about six neighbours.

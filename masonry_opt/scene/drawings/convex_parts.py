@@ -18,8 +18,8 @@ _MOST_PIECES = 1000
 #: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
 _COPLANAR_SHARE = 1e-3
 
-#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, a part may count as
-#: having no volume after rounding.
+#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, rounding may reduce
+#: the volume of a part to zero.
 _THINNEST = 2.0
 
 #: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.

@@ -136,7 +136,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
 
 
 class DxfScene(NamedTuple):
-    """The scene of a DXF drawing, and the use of the drawing's layers."""
+    """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
     #: lines of text that list the layers that were read, and the layers that were not read, with reasons
@@ -258,11 +258,13 @@ def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
 
     name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
     how_large = "only" if size * unit < _SMALLEST_DRAWING else "as much as"
-    means = f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high"
     effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
-    return f"{means}: correct the unit in the drawing if it is wrong; {effect}"
+    return (
+        f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high: "
+        f"correct the unit in the drawing if it is wrong; {effect}"
+    )
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:

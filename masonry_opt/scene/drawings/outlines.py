@@ -196,7 +196,7 @@ class _UnreadableError(Exception):
 
 
 def _points_of(entity: Any, sagitta: float) -> np.ndarray:
-    """Return points along an entity as :func:`_chain` does.
+    """Return points along the curve of an entity; see :func:`_chain`.
 
     Raises _UnreadableError if the entity cannot be read.
     """

@@ -207,7 +207,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
             mistakes.append(str(error))
     refuse(mistakes)
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
-    shapes(scene)  # raises CaseError if the analysis would refuse a block
+    shapes(scene)  # raises CaseError if the analysis cannot use a block
     return scene
 
 

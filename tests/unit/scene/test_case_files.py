@@ -158,7 +158,7 @@ WRONG_CASES = {
     "wrong type": ("weight = 1.0", 'weight = "1"', ["block no. 1 ('A')", "'weight'", "number"]),
     "NaN": ("[1, 1]", "[1, nan]", ["block no. 1 ('A')", "vertices[2][1]", "nan"]),
     "huge": ("[1, 1]", "[1, 1e300]", ["vertices[2][1]", "1e+300"]),
-    "overlap": ("", BESIDE, ["'A' and 'B' overlap", "move them apart"]),
+    "overlap": ("", BESIDE, ["'A' and 'B' overlap", "move the blocks apart"]),
     "no fixed block": ("fixed = true", "weight = 1", ["no block is fixed", "fixed = true"]),
     "load on a support": (
         "",
