@@ -12,52 +12,53 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-#: Largest relative difference of lengths that counts as rounding. An arch is a semicircle if its rise exceeds
-#: half the span by less than this.
+#: Relative difference below which two lengths count as equal. For example, an arch counts as a semicircle if
+#: its rise exceeds half its span by less than this fraction.
 _ARCH_LENGTH_TOLERANCE = 1e-9
 
 
 class Stone(NamedTuple):
-    """Voussoir, skewback or abutment of an arch, relative to the origin of the arch."""
+    """Shape and weight of a voussoir, skewback or abutment, relative to the origin of the arch."""
 
     name: str
-    #: Corners; of a voussoir: inner and outer of its first joint, outer and inner of its second joint.
+    #: Corners of the stone. A voussoir lists the inner and outer end of its first joint, then the outer and
+    #: inner end of its second joint.
     corners: list[Point]
     area: float | None  #: area from which the weight is computed; None for a support
-    weight_at: Point | None = None  #: point where a voussoir's weight acts
+    weight_at: Point | None = None  #: point of application of a voussoir's weight
     back: Point | None = None  #: middle of a voussoir's outer edge
     area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
-        """Return the stone with its points transformed by a function."""
+        """Return a copy of the stone whose points are transformed by the function ``point``."""
         weight_at = self.weight_at and point(self.weight_at)
         back = self.back and point(self.back)
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
 
 
 class _Arc(NamedTuple):
-    """Circle of an arch; in a pointed arch, the circle of its left half.
+    """Circular arc of an arch, or of the left half of a pointed arch.
 
-    Directions are in radians, from the centre.
+    The direction of a joint is its angle in radians, seen from the centre of the arc.
     """
 
     centre: Point  #: centre of the circle
     inner: float  #: radius of the intrados
     radius: float  #: radius of the centreline
     first: float  #: direction of the first joint
-    last: float  #: direction of the last joint; in a pointed arch, of the last joint of the right half
-    swept: float  #: angle from the first joint to the last; in a pointed arch, the sum over both halves
+    last: float  #: direction of the last joint; for a pointed arch, the last joint of the right half
+    swept: float  #: angle between the first and the last joint; for a pointed arch, the sum of both halves
 
 
 class ArchRing(AnyGenerator):
     """Arch of equal voussoirs with radial joints between fixed abutments, in the plane or in space.
 
-    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. With span and rise it is a
-    segment of a circle (``rise`` less than half the span), a semicircle (equal) or pointed (more). A pointed
-    arch has two arcs with centres on the springing line, of inner radius (span²/4 + rise²)/span, that meet in
-    an upright joint.
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. With span and rise, the arch
+    is a segment of a circle if ``rise`` is less than half the span, a semicircle if it is equal to half the
+    span, and pointed if it is more. A pointed arch has two arcs with centres on the springing line, of inner
+    radius (span²/4 + rise²)/span, that meet in a vertical joint.
 
-    Raises CaseError if the measures make no arch.
+    Raises CaseError if the dimensions do not describe an arch.
 
     Parameters
     ----------
@@ -66,13 +67,13 @@ class ArchRing(AnyGenerator):
         0]`` is a semicircle whose voussoirs are counted from the left.
     span, rise: Span and rise of the intrados, above the line between its springing points. Voussoirs are
         counted from the left; a pointed arch has an even number of them.
-    thickness: Radial, less than twice the radius.
-    voussoirs: How many.
+    thickness: Radial thickness of the ring, less than twice the radius.
+    voussoirs: Number of voussoirs.
     unit_weight: Weight per unit area, or per unit volume if the scene has a ``thickness``.
-    weights: Area that the weight is computed from. "sector": the area between two arcs, at its centroid.
+    weights: Area from which the weight is computed. "sector": the area between two arcs, at its centroid.
         "centreline": the area of an annular sector, concentrated along the centreline, as in many closed
-        forms. "straight": the polygon with straight edges. The polygon is the shape of the block in all
-        cases.
+        forms. "straight": the polygon with straight edges. In all cases, the shape of the block is the
+        polygon.
     skewbacks: Width of a block at either end, between the sloping foot of the arch, a level bed at the height
         of the foot's inner end, and an upright back, with the arch's unit weight: for a segmental arch on
         columns.
@@ -96,33 +97,44 @@ class ArchRing(AnyGenerator):
         yield from super()._mistakes()
         by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
         if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
-            yield "give 'radius' and 'angles', or 'span' and 'rise'"
+            yield "an arch needs either 'radius' and 'angles', or 'span' and 'rise': give one of these pairs"
             return
         swept = math.degrees(self._arc.swept)
         if not 0 < swept < 360:
-            yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
+            yield f"the 'angles' of an arch must differ by more than 0° and less than 360° (found {swept:g}°)"
         elif not swept < 180 * self.voussoirs:
-            yield f"a voussoir of {swept / self.voussoirs:g}° is too wide for a wedge: raise 'voussoirs'"
+            yield (
+                "each voussoir must span less than 180° to be a wedge "
+                f"(found {swept / self.voussoirs:g}°): raise the number of 'voussoirs'"
+            )
         if self._is_pointed and self.voussoirs % 2:
-            odd = f"(found {self.voussoirs})"
-            yield f"'rise' exceeds half of 'span': a pointed arch needs an even number of 'voussoirs' {odd}"
+            yield (
+                "'rise' exceeds half of 'span', so the arch is pointed: "
+                f"a pointed arch needs an even number of 'voussoirs' (found {self.voussoirs})"
+            )
         radius = self._arc.radius
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         yield from self._wrong_skewbacks()
 
     def _wrong_skewbacks(self) -> Iterator[str]:
-        """Yield an error message if the skewbacks are wrong."""
+        """Yield an error message if skewbacks of the given width do not fit the feet of the arch."""
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
             foot = self.thickness * -turn * math.cos(angle)
             up = math.sin(angle)
             if up <= _ARCH_LENGTH_TOLERANCE or foot < -_ARCH_LENGTH_TOLERANCE * self.thickness:
-                yield "'skewbacks' need feet that slope upwards to the outside; omit them for level feet"
+                yield (
+                    "'skewbacks' are only for arches whose feet slope upwards to the outside: "
+                    "remove 'skewbacks' if the feet are level"
+                )
                 return
             if self.skewbacks < foot * (1 - _ARCH_LENGTH_TOLERANCE):
-                yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
+                yield (
+                    f"'skewbacks' must be at least as wide as the foot of the arch, {foot:g} "
+                    f"(found {self.skewbacks:g})"
+                )
                 return
 
     @property
@@ -132,7 +144,7 @@ class ArchRing(AnyGenerator):
 
     @property
     def _arc(self) -> _Arc:
-        """Return the circle of the arch."""
+        """Return the circular arc of the arch, from its radius and angles or from its span and rise."""
         if self.radius is not None and self.angles is not None:
             first, last = self.angles
             inner, swept = self.radius - self.thickness / 2, math.radians(abs(last - first))
@@ -150,9 +162,10 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of the first and of the last joint, and the sense that leads outwards.
+        """Return the direction of each end joint, and the sense of rotation that leaves the arch there.
 
-        The sense is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
+        The sense is 1 if a counter-clockwise rotation about the centre leaves the arch at this joint, and -1
+        otherwise.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
@@ -167,7 +180,7 @@ class ArchRing(AnyGenerator):
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
-                # A skewback lies between the sloping foot of the arch, a level bed and an upright back.
+                # A skewback is bounded by the sloping foot of the arch, a level bed and an upright back.
                 back = inner[0] - turn * self.skewbacks
                 area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
                 corners = [inner, outer, (back, outer[1]), (back, inner[1])]
@@ -199,11 +212,15 @@ class ArchRing(AnyGenerator):
         return built
 
     def _wedge(self, begin: float, end: float) -> Stone:
-        """Return a voussoir between radial joints in two directions, in radians, relative to the centre."""
+        """Return a voussoir between two radial joints, given by their directions in radians.
+
+        The points of the voussoir are relative to the centre of the arch.
+        """
         radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
-        # The centroid of an annular sector is at the distance `mean * arc` from its centre. The mean radius
-        # is 2/3 (outer³ - inner³) / (outer² - inner²). The form used here loses no digits for thin rings.
+        # The centroid of an annular sector lies at the distance `mean * arc` from the centre, where `mean` is
+        # 2/3 (outer³ - inner³) / (outer² - inner²). The equivalent formula below avoids cancellation in thin
+        # rings.
         mean = radius + thickness**2 / (12 * radius)
         arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {
@@ -217,12 +234,12 @@ class ArchRing(AnyGenerator):
         return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
-        """Return the last voussoir of a pointed arch's left half, which ends at the vertical middle joint.
+        """Return the voussoir of a pointed arch that lies to the left of the vertical joint at the crown.
 
-        Its points are relative to the centre of the arc.
+        The points of the voussoir are relative to the centre of the arc.
         """
         inner = self._arc.inner
-        plumb = -self._arc.centre[0]  # horizontal distance of the middle joint from the centre
+        plumb = -self._arc.centre[0]  # horizontal distance of the joint at the crown from the centre
         thickness = self.thickness
         weights = self.weights
         radius = inner + thickness / 2
@@ -241,21 +258,22 @@ class ArchRing(AnyGenerator):
             return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
         moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
         if weights == "sector":
-            # The circular segments between arc and chord enlarge the polygon at the outer edge and reduce it
-            # at the inner edge.
+            # Add the circular segment between arc and chord at the outer edge, and subtract the circular
+            # segment at the inner edge.
             for distance, sign in ((outer, 1.0), (inner, -1.0)):
                 angle = begin - crown[distance]
-                # Area of a circular segment. Its moment about the centre is 2/3 r³ sin³(angle/2).
+                # A circular segment has the area r² (angle - sin(angle)) / 2. Its moment about the centre is
+                # 2/3 r³ sin³(angle / 2).
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
                 size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 moment += polar(size, begin - angle / 2)
-        # A stone without area raises an error later, when the scene is assembled.
+        # A stone with zero area has no centroid. It raises an error later, when the scene is assembled.
         centroid = tuple((moment / area).tolist()) if area else back
         return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
 
 
 def _ratio(area: float, drawn_area: float) -> float:
-    """Return the quotient of two areas; 1 if the second area is zero."""
+    """Return ``area / drawn_area``, or 1 if ``drawn_area`` is zero."""
     return area / drawn_area if drawn_area else 1.0
 
 
@@ -264,8 +282,9 @@ class PointLoad(Record):
 
     Parameters
     ----------
-    voussoir: Number of the voussoir, from 1, counted from the first of the arch's angles, or from the left.
-    force: ``[fx, fy]``, scaled by the load factor.
+    voussoir: Number of the voussoir. Voussoir 1 is at the first of the arch's ``angles``, or at the left end
+        of its ``span``.
+    force: Force ``[fx, fy]``, which the load factor multiplies.
     """
 
     voussoir: Annotated[int, Strict(), Field(ge=1)]
@@ -275,7 +294,8 @@ class PointLoad(Record):
 class Arch(ArchRing, Generator):
     """An arch in the plane.
 
-    Raises CaseError if the measures make no arch, or a point load is on a voussoir that does not exist.
+    Raises CaseError if the dimensions do not describe an arch, or if a point load names a voussoir that does
+    not exist.
 
     Parameters
     ----------
@@ -292,16 +312,19 @@ class Arch(ArchRing, Generator):
         yield from super()._mistakes()
         for number, loads in Counter(load.voussoir for load in self.point_loads).items():
             if number > self.voussoirs:
-                yield f"'point_loads' names voussoir {number}: voussoirs are numbered 1 to {self.voussoirs}"
+                yield (
+                    f"'point_loads' names voussoir {number}, "
+                    f"but the voussoirs are numbered from 1 to {self.voussoirs}"
+                )
             if loads > 1:
-                yield f"'point_loads' has two loads on voussoir {number}: add them up"
+                yield f"'point_loads' has several loads on voussoir {number}: replace the loads by their sum"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the voussoirs ``v1``, ``v2``, ..., then the skewbacks and abutments, named by number.
+        """Return the voussoirs ``v1``, ``v2``, ..., then the numbered skewbacks, then the numbered abutments.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``. The
-        ``unit_weight`` of a block refers to the polygon that is drawn. Where ``weights`` counts the area
-        between arcs, the unit weight of a voussoir is scaled so that its polygon weighs as much.
+        ``unit_weight`` of a block refers to its polygon. If ``weights`` uses the area between two arcs, the
+        unit weight of a voussoir is scaled so that the polygon has the weight of that area.
         """
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
         built = []

@@ -15,12 +15,11 @@ from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
 else:
-    _ModelType = type(BaseModel)  # pydantic's class ModelMetaclass, whose name is not public
+    _ModelType = type(BaseModel)  # the metaclass of pydantic's models, which pydantic does not export
 
 _R = TypeVar("_R", bound="Record")
 
-#: Largest magnitude of a number in a scene. Squares and products of larger lengths and forces would exceed
-#: double precision.
+#: Largest magnitude of a number in a scene. Products of several larger numbers could overflow.
 LARGEST_NUMBER = 1e30
 
 
@@ -42,20 +41,20 @@ INSTEAD = {
     "friction_angle": "friction",
     "dilatancy_angle": "dilatancy",
 }
-#: Text of messages for the keys that define the shape of a convex solid.
+#: Phrase of error messages that names the keys for the shape of a convex solid.
 SHAPES = "'box', or 'vertices' with 'faces'"
-#: Characters that names and texts must not contain, as a regular expression class: control characters, line
-#: ends, and marks that change the direction of writing.
+#: Characters that names and texts must not contain, as a character class of a regular expression: control
+#: characters, line ends, and marks that change the direction of writing.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
-#: Type of a text about a scene, which may have several lines.
+#: Type of a text that may have several lines, such as the title of a scene.
 Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
 def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     for (before, _), (after, _) in itertools.pairwise(line):
         if after <= before:
-            raise ValueError(f"runs from left to right: x = {after:g} comes after x = {before:g}")
+            raise ValueError(f"must run from left to right, but x = {after:g} follows x = {before:g}")
     return line
 
 
@@ -64,9 +63,10 @@ Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in o
 
 
 class _Shown:
-    """Call signature of a record class: its keys with types and defaults, without validators.
+    """Descriptor that returns the call signature of a record class: its keys, their types and defaults.
 
-    It is made when help asks for it.
+    The signature omits the validators of the types. It is built only when it is requested, for example by
+    ``help``.
     """
 
     def __get__(self, _: object, record: "type[Record]") -> Signature:
@@ -81,34 +81,35 @@ class _Shown:
 
 
 class _RecordType(_ModelType):
-    """Metaclass of records, which raises CaseError if a record is called with wrong values.
+    """Metaclass of records: a call of a record class with invalid values raises CaseError.
 
-    A record that pydantic makes inside another record raises no error of its own.
+    If pydantic creates a record inside another record, only the outer record raises the error.
     """
 
     # Ignore the type error: mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
         if unnamed:
-            raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
+            names = ", ".join(cls.model_fields)
+            raise CaseError(f"{cls.__name__}: every argument must be given by its name, one of: {names}")
         try:
             return super().__call__(**values)  # type: ignore[misc]
         except ValidationError as error:
             raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
-        """Return the names of a record without those of pydantic, for help and completion."""
+        """Return the attributes of a record class without pydantic's own, for help and completion."""
         return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
 
 
 class Record(BaseModel, metaclass=_RecordType):
-    """Immutable record that refuses unknown keys and accepts each key by its name or its alias.
+    """Immutable record that rejects unknown keys and accepts each key by its name or its alias.
 
-    A call with wrong values raises CaseError, which names the class, the key and the remedy.
+    A call with invalid values raises CaseError. The message names the class, the key and the remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
-    #: Records are not iterable: pydantic would accept an iterable record as a list of its keys.
+    #: Records are not iterable, because pydantic would accept an iterable record in place of a list.
     __iter__ = None  # type: ignore[assignment]
 
     most_told: ClassVar[int] = 1  #: Largest number of mistakes in one error message.
@@ -138,10 +139,10 @@ class Record(BaseModel, metaclass=_RecordType):
         """Return a copy of the record with changed values, which are checked like new ones.
 
         A mapping changes only the keys of a record, or the records of a list, that it names. Any other value
-        replaces the old one whole. A key that exactly one nested record has can be given without a mapping. A
-        value removes one that it excludes: ``unit_weight`` removes ``weight``.
+        replaces the whole old value. A key that only one nested record has can be given without a mapping. A
+        new value removes the value that it excludes: ``unit_weight`` removes ``weight``.
 
-        Raises CaseError if a call with these values would.
+        Raises CaseError if a value is not valid.
         """
         return type(self)(**self._with(changes))
 
@@ -150,11 +151,11 @@ class Record(BaseModel, metaclass=_RecordType):
         copied = super().model_copy(deep=deep)
         return copied.replace(**update) if update else copied
 
-    #: Pydantic also has the method under this older name, which would not check the values.
+    #: Override ``copy``, pydantic's older name of ``model_copy``, because it would not check the values.
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of the record with changes, by alias, as arguments for a call of its class."""
+        """Return the changed values of the record by alias, as keyword arguments for its class."""
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
@@ -166,7 +167,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the changes, with keys that exist only in a nested record moved to that record."""
+        """Return the changes, with each key that only a nested record has moved to that record."""
         fields = type(self).model_fields
         own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
@@ -179,7 +180,8 @@ class Record(BaseModel, metaclass=_RecordType):
             if in_record and isinstance(given, Mapping) and key not in given:
                 changes[holders[0]] = {**given, key: changes.pop(key)}
             elif holders:
-                raise CaseError(f"{own_name}: '{key}' is a key of {' and '.join(holders)}: change it there")
+                owners = " and ".join(holders)
+                raise CaseError(f"{own_name}: '{key}' is a key of {owners}: change it there, in a mapping")
             else:
                 near = did_you_mean(key, [*fields, *itertools.chain(*within.values())])
                 if near:
@@ -189,7 +191,8 @@ class Record(BaseModel, metaclass=_RecordType):
     def _changed(self, name: str, change: Any) -> Any:
         """Return the new value of a key.
 
-        A mapping changes the record, or the named records of the list, that is the old value.
+        If the old value is a record or a list of named records, a mapping changes only the keys or records
+        that it names.
         """
         old = getattr(self, name, None)
         if not isinstance(change, Mapping):
@@ -203,7 +206,8 @@ class Record(BaseModel, metaclass=_RecordType):
         unknown = [key for key in change if key not in named]
         if unknown:
             near = did_you_mean(unknown[0], named)
-            raise CaseError(f"{called(type(self), vars(self))}: '{name}' has none named '{unknown[0]}'{near}")
+            own_name = called(type(self), vars(self))
+            raise CaseError(f"{own_name}: '{name}' has no record named '{unknown[0]}'{near}")
         new = [(entry, change.get(entry.name, entry)) for entry in entries]
         return [entry._with(own) if isinstance(own, Mapping) else own for entry, own in new]
 
@@ -216,14 +220,16 @@ class Record(BaseModel, metaclass=_RecordType):
         raise self._stays(name, "deleted")
 
     def _stays(self, name: str, how: str) -> CaseError:
-        """Return the error for an attempt to change a record."""
-        why = f"'{name}' cannot be {how}: records are immutable"
-        instead = f"replace({name}=...) returns a changed copy, also for records within a scene"
-        return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
+        """Return the error for an attempt to change an attribute of a record."""
+        own_name = called(type(self), vars(self))
+        return CaseError(
+            f"{own_name}: '{name}' cannot be {how}, because records are immutable: "
+            f"use replace({name}=...), which returns a changed copy"
+        )
 
 
 def _keys(value: Any) -> set[str]:
-    """Return the keys of a record, or the chosen keys of each record in a list."""
+    """Return all keys of a record, or the keys that are set in any record of a list."""
     if isinstance(value, Record):
         return set(type(value).model_fields)
     records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []
@@ -231,11 +237,11 @@ def _keys(value: Any) -> set[str]:
 
 
 class Body(Record):
-    """Fields and rules that blocks in the plane and blocks in space share."""
+    """Base class of blocks in the plane and in space, with the fields and rules that both share."""
 
     #: Keys of the loads on a block. Fixed blocks and blocks of a tilted scene must not have these keys.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
-    dimension: ClassVar[Literal[2, 3]] = 2  #: Coordinates of a point.
+    dimension: ClassVar[Literal[2, 3]] = 2  #: Number of coordinates of a point.
 
     if TYPE_CHECKING:
         name: str
@@ -251,11 +257,11 @@ class Body(Record):
         weights = (self.weight is not None) + (self.unit_weight is not None)
         if self.fixed and any(any(getattr(self, load)) for load in self.LOADS):
             *keys, last = [f"'{load}'" for load in self.LOADS]
-            yield f"a fixed block carries no load: remove {', '.join(keys)} and {last}"
+            yield f"a fixed block must have no loads: remove {', '.join(keys)} and {last}"
         if weights == 2:
-            yield "give 'weight' or 'unit_weight', not both"
+            yield "a block cannot have both 'weight' and 'unit_weight': remove one of the two keys"
         if not self.fixed and not weights:
-            yield "give 'weight' or 'unit_weight' (or 'fixed = true' for a support)"
+            yield "a movable block needs 'weight' or 'unit_weight' (a support needs 'fixed = true')"
         if self.weight_at is not None and not weights:
             yield "'weight_at' needs a 'weight' or 'unit_weight'"
         for force, at in (("live", self.live_at), ("dead", self.dead_at)):
@@ -277,25 +283,25 @@ class Block(Body):
 
     Lengths and forces are in any consistent units.
 
-    Raises CaseError if a key is unknown, a value is not a finite number, or shape or weight are missing or
-    given twice.
+    Raises CaseError if a key is unknown, if a value is not a finite number, or if the shape or the weight is
+    missing or given twice.
 
     Parameters
     ----------
-    name: Unique within the scene.
+    name: Name of the block, unique within the scene.
     vertices: Corners of a polygon in order, ``[[x, y], ...]``, clockwise or counter-clockwise. The polygon
         may have notches.
     parts: In place of ``vertices``, several such polygons that are one rigid block.
     holes: Polygons that are cut out of the block.
-    weight: Dead weight, acting along the scene's gravity.
+    weight: Weight of the block, a dead load along the scene's gravity.
     unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
         ``thickness``.
-    weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and the point where it acts (default:
-        the centroid).
-    live_per_weight: Further live force ``[fx, fy]`` as a multiple of the weight, acting where the weight
-        acts.
-    dead, dead_at: Dead force in addition to the weight, and the point where it acts (default: the centroid).
+    weight_at: Point of application of the weight (default: the centroid).
+    live, live_at: Live force ``[fx, fy]``, which the load factor multiplies, and its point of application
+        (default: the centroid).
+    live_per_weight: Further live force ``[fx, fy]`` as a multiple of the weight, applied at the same point as
+        the weight.
+    dead, dead_at: Dead force in addition to the weight, and its point of application (default: the centroid).
     fixed: True for a support, which does not move and needs no weight.
     """
 
@@ -315,7 +321,7 @@ class Block(Body):
 
     def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.parts is None):
-            yield f"give 'vertices', or 'parts' for a block of several polygons (for a solid: {SHAPES})"
+            yield f"a block needs 'vertices', or 'parts' if it has several polygons (a solid needs {SHAPES})"
         yield from super()._mistakes()
 
     @property
@@ -329,10 +335,11 @@ class Block(Body):
 
 
 class Reference(Record):
-    """Published load factor, with its source and the relative tolerance for a computed load factor.
+    """Published load factor with its source.
 
-    Reports show it as published, unless the source begins with "by hand" or "by an independent"
-    (computation).
+    A computed load factor agrees with the published value if their relative difference is within
+    ``tolerance``. Reports call the value published, unless its source begins with "by hand" or "by an
+    independent" (computation).
     """
 
     value: Number
@@ -341,5 +348,5 @@ class Reference(Record):
 
 
 def rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
-    """Return the corners of an upright rectangle, counter-clockwise from the lower left."""
+    """Return the corners of a rectangle with sides along the axes, counter-clockwise from the lower left."""
     return [(left, bottom), (right, bottom), (right, top), (left, top)]

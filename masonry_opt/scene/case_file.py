@@ -25,15 +25,15 @@ from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
 
-#: A single table of a generator, [arch], or a list of tables, [[arch]].
+#: Generators of one kind: a single table, such as [arch], or a list of tables, such as [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
 class MeshTable(AsDrawn):
-    """Table of a case file that reads blocks from a mesh in another file.
+    """Table ``[mesh]`` of a case file, which reads blocks from a mesh file.
 
-    Supports, axes and unit are those of :func:`read_mesh`. Weight and live load of each block are those of a
-    :class:`Solid`.
+    The keys for supports, axes and unit have the same meaning as in :func:`read_mesh`. The keys for weight
+    and live load apply to each block, as in :class:`Solid`.
     """
 
     file: Text  #: path of the mesh file, relative to the folder of the case file
@@ -42,7 +42,7 @@ class MeshTable(AsDrawn):
 
 
 class CaseFile(SceneKeys):
-    """A case file: the keys of a scene, generators of blocks, and a mesh that contains blocks."""
+    """Content of a case file: the keys of a scene, generators of blocks, and a mesh with blocks."""
 
     # A key has only one name in a file: [[block]] is valid, [[blocks]] is not.
     model_config = ConfigDict(populate_by_name=False)
@@ -63,25 +63,28 @@ class CaseFile(SceneKeys):
         solid = self._of(SolidGenerator)
         size = sum(generator.size for generator in [*flat, *solid])
         if size > MOST_BLOCKS_GENERATED:
-            yield f"its generators build about {size} blocks; at most {MOST_BLOCKS_GENERATED} are allowed"
+            yield (
+                f"the generators build about {size} blocks, "
+                f"but at most {MOST_BLOCKS_GENERATED} are allowed: build fewer blocks"
+            )
         plane = self._plane_content(flat)
         space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):
-            yield f"{plane} in the plane; {space}"
+            yield f"{plane} in the plane, but {space}: a scene must be either in the plane or in space"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return the clause of an error that names the first table with plane blocks, or ""."""
+        """Return a clause that names the first generator or block in the plane, or an empty text."""
         if generators:
             return f"{_table(generators[0])} builds blocks"
         names = [block.name for block in self.blocks if block.dimension == 2]
         return f"block '{names[0]}' lies" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return the clause of an error that names the first table with solids, or ""."""
+        """Return a clause that names the first generator, mesh or block in space, or an empty text."""
         if generators:
-            return f"{_table(generators[0])} is of solids"
+            return f"{_table(generators[0])} builds solids"
         if self.mesh:
-            return "[mesh] is of solids"
+            return "[mesh] contains solids"
         names = [block.name for block in self.blocks if block.dimension == 3]
         return f"block '{names[0]}' is a solid" if names else ""
 
@@ -89,7 +92,7 @@ class CaseFile(SceneKeys):
     def dimension(self) -> Literal[2, 3]:
         """Return the number of coordinates of a point: 2 in the plane, 3 in space.
 
-        It is 3 if the blocks are solids, also if they are those of a generator or a mesh.
+        The dimension is 3 if the listed blocks, a generator or the mesh define solids.
         """
         return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
 
@@ -100,9 +103,9 @@ class CaseFile(SceneKeys):
         return [record for records in lists for record in records if isinstance(record, kind)]
 
     def tables_with_old_live(self) -> list[str]:
-        """Return the generators that use ``live``, the old name of ``live_per_weight``.
+        """Return the tables of generators that use ``live``, the old name of ``live_per_weight``.
 
-        Elsewhere ``live`` is a force.
+        In blocks and loads, ``live`` is a force.
         """
         with_old_name = [generator for generator in self._of(Generator) if any(generator.live)]
         return list(dict.fromkeys(map(_table, with_old_name)))
@@ -110,18 +113,20 @@ class CaseFile(SceneKeys):
     def scene(self) -> Scene:
         """Return the scene: the listed blocks, then the blocks of generators and of the mesh.
 
-        Raises ValidationError if these make no scene. Raises CaseError if a generator cannot build its blocks
-        or the mesh cannot be read.
+        Raises ValidationError if the keys and blocks are not a valid scene. Raises CaseError if a generator
+        cannot build its blocks or the mesh cannot be read.
         """
         blocks = list(self.blocks)
         for flat in self._of(Generator):
             blocks += flat.blocks()
         for solid in self._of(SolidGenerator):
             blocks += solid.blocks()
-        # Pass only keys that the file contains: a scene refuses some keys whatever their value.
+        # Pass only the keys that the file contains, because a scene in space rejects some keys even if they
+        # have their default value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         if self.mesh:
-            from masonry_opt.scene.drawings.mesh_files import read_mesh  # few case files need this import
+            # import only for the few case files with a mesh
+            from masonry_opt.scene.drawings.mesh_files import read_mesh
 
             given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
             read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **given)
@@ -136,11 +141,13 @@ def _table(generator: AnyGenerator) -> str:
 
 
 def load(path: str | Path) -> Scene:
-    """Read a case file, ``.toml`` or ``.json`` with the same keys, as a scene.
+    """Read a case file, ``.toml`` or ``.json``, and return its scene.
 
-    The blocks of generators are built. The attribute ``case`` of the scene has the file as it was written.
+    The scene contains the blocks that the generators of the file build. Its attribute ``case`` has the
+    original content of the file.
 
-    Raises CaseError if the file cannot be read or describes no scene. The message names file, key and block.
+    Raises CaseError if the file cannot be read or does not describe a scene. The message names file, key and
+    block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -157,7 +164,9 @@ def load(path: str | Path) -> Scene:
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
-    """Return the given scene, or the scene of the case file at a given path, in the named load case.
+    """Return a scene that is given as a :class:`Scene` or as the path of a case file.
+
+    If ``load_case`` is given, the scene is in the load case of this name.
 
     Raises CaseError if the argument is neither a scene nor a path, or the case file is wrong. Raises
     OptionError if the scene has no such load case.
@@ -166,11 +175,13 @@ def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
         scene = load(scene)
     if isinstance(scene, Scene):
         return scene if load_case is None else scene.in_case(load_case)
-    raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
+    raise CaseError(f"a scene must be a Scene or the path of a case file (found {type(scene).__name__})")
 
 
 def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None:
-    """Write a scene as a case file (TOML, or JSON if the name ends in .json), completely or not at all.
+    """Write a scene as a case file: TOML, or JSON if the file name ends in ``.json``.
+
+    If the file cannot be written completely, it is not changed.
 
     Raises CaseError if the argument is not a scene, if the name has another ending or if the file cannot be
     written. Raises OptionError if a file exists that was not written by this package, unless ``force`` is
@@ -197,8 +208,9 @@ def toml_text(scene: SceneKeys) -> str:
 def case_folder(named: Path | None = None) -> Path:
     """Return the folder of the paper's case files.
 
-    It is the given folder, else ``cases/`` in the current folder if it contains these files, else the folder
-    of the package, in a clone next to the package. Raises CaseError if there is none.
+    The result is the first of these folders that has the files: the folder ``named``, which is not checked,
+    ``cases/`` in the current folder, and ``cases/`` in the package or, in a clone, next to the package.
+    Raises CaseError if no folder has the files.
     """
     if named is not None:
         return named

@@ -19,27 +19,28 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 
 _J = TypeVar("_J", Joint, JointDefaults)
-#: Keys of a scene that list records with forces and points.
+#: Keys of a scene whose records contain forces and points.
 _FORCES = ("loads", "ties", "props")
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
-    """Extrude a scene in the plane from y = 0 to its thickness; a point (x, y) becomes (x, t, y).
+    """Extrude a scene in the plane to a scene of solids.
 
-    Weights, loads and the cohesion of whole joints do not depend on the thickness; forces act in the middle
-    of it. Friction, dilatancy, exceptions, gravity, tilt and tolerances are kept. Published values, which
-    belong to the scene in the plane, are left out. Blocks with notches, parts or holes become solids of
-    several convex parts.
+    A point (x, y) of the plane becomes the points (x, t, y), with t from 0 to the thickness. The total
+    weights, loads and cohesion of the joints do not depend on the thickness. Forces act at half the
+    thickness. Friction, dilatancy, exceptions, gravity, tilt and tolerances do not change. Published values
+    are left out, because they refer to the scene in the plane. Blocks with notches, parts or holes become
+    solids of several convex parts.
 
     Raises CaseError if a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`). Raises
     OptionError if the thickness is not a positive number, if the scene is already in space, or if it has keys
-    of the plane alone: edge loads, ``strength``, ``dilatancy_stress``.
+    that exist only in the plane: edge loads, ``strength``, ``dilatancy_stress``.
 
     Parameters
     ----------
     scene: A scene in the plane, or the path of its case file.
-    thickness: Thickness of the solids. The default is that of the scene, which preserves unit weights and
-        cohesion.
+    thickness: Thickness of the solids. The default is the thickness of the scene, with which unit weights and
+        cohesion do not change.
     """
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness
@@ -72,7 +73,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
 
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
-    """Return an earthquake with its direction given in space."""
+    """Return an earthquake after converting its direction to space."""
     if quake is None:
         return None
     sideways = scene.sideways(quake.towards)
@@ -82,19 +83,19 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
 
 
 def _in_space(vector: Any, at: float = 0.0) -> Any:
-    """Convert vectors of the plane to vectors in space with a given y."""
+    """Convert a vector of the plane, or each vector of a tuple, to a vector in space with a given y."""
     if isinstance(vector[0], tuple):
         return tuple(_in_space(part, at) for part in vector)
     return (vector[0], at, vector[1])
 
 
 def _joint(joint: _J, times: float) -> _J:
-    """Return a joint's properties with its cohesion multiplied by a factor."""
+    """Return the properties of a joint after multiplying its cohesion by a factor."""
     return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
 
 
 def _keys(record: Record, depth: float) -> dict[str, Any]:
-    """Convert keys of a record to space, with forces at y = 0 and points at half the depth."""
+    """Convert the vectors of a record to space: y is 0 for forces, and half the depth for points."""
     keys = {key: getattr(record, key) for key in record.model_fields_set}
     for key, value in keys.items():
         if value is not None and key in (*Block.LOADS, "at", "weight_at", "live_at", "dead_at"):
@@ -118,8 +119,8 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Use the given coordinates of corners without rounding. Corners where outlines cross have no given
-    # coordinates.
+    # Use the coordinates of the scene's own corners without rounding. A corner at which two outlines cross is
+    # not a corner of the scene, so its coordinates are computed.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
     return [

@@ -11,22 +11,22 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-#: Largest number of blocks, openings and gaps of a generator. Larger scenes cannot be solved.
+#: Largest number of blocks, openings and gaps of a generator. Scenes with more blocks cannot be solved.
 MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
 
-#: One width, or two that differ.
+#: One width, or two widths that differ.
 Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Length of the shortest piece (closer), relative to a stone. A stone is lengthened by up to this length to
-#: avoid a shorter piece next to it.
+#: Length of the shortest cut stone (closer), relative to a whole stone. A stone is lengthened by up to this
+#: fraction to avoid a shorter cut stone next to it.
 CLOSER = 0.25
 
-#: Largest length, relative to a stone, that counts as rounding.
+#: Largest length, relative to a stone, that counts as a rounding error.
 _STONE_LENGTH_TOLERANCE = 1e-9
 
 #: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.
@@ -36,10 +36,11 @@ Shape = dict[str, Any]
 class AnyGenerator(Record):
     """Table of a case file that generates many blocks, in the plane or in space.
 
-    With a ``name`` the names of its blocks begin with it, "left 3-2" in place of "3-2". A scene can then have
-    several generators.
+    If the generator has a ``name``, the names of its blocks begin with this name: "left 3-2" in place of
+    "3-2". A scene with several generators needs such names.
 
-    Raises CaseError, with all mistakes, if the values cannot be built, or make more than 100,000 blocks.
+    Raises CaseError, with all mistakes, if the values do not describe blocks, or describe more than 100,000
+    blocks.
     """
 
     name: Name | None = None
@@ -47,29 +48,29 @@ class AnyGenerator(Record):
         at: tuple[float, ...]
 
     most_told: ClassVar[int] = 5
-    kind: ClassVar[type[Body]]  #: Class of its blocks.
+    kind: ClassVar[type[Body]]  #: Class of the generated blocks.
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS_GENERATED:
-            yield f"has {self.size} blocks; at most {MOST_BLOCKS_GENERATED} are allowed"
+            yield f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed"
 
     @property
     def size(self) -> int:
         """Return the number of generated blocks, or a slightly larger upper bound.
 
-        It is known before the blocks are built.
+        The number is computed without building the blocks.
         """
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
-        """Return a block of several parts, given by points relative to the generator's origin."""
+        """Return a block with one or several parts, whose points are relative to the generator's origin."""
         moved = [self._moved(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         called = name if self.name is None else f"{self.name} {name}"
         return self.kind(name=called, **shape, **self._moved(keys))
 
     def _moved(self, keys: Shape) -> Shape:
-        """Return the keys of a block with points moved from the generator's origin to the scene's origin."""
+        """Return the keys of a block after moving its points to the origin of the scene."""
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
         moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
         if "box" in keys:
@@ -80,9 +81,10 @@ class AnyGenerator(Record):
 class Generator(AnyGenerator):
     """Base class of generators of blocks in the plane.
 
-    Its origin lies ``at`` ``[x, y]``; each generator says which of its points this is. ``live_per_weight`` is
-    a live force on every block as a multiple of its weight, ``[fx, fy]``, acting where the weight acts. Its
-    old name here is ``live``, which in blocks and loads is a force.
+    ``at`` is the position ``[x, y]`` of the generator's origin, which each generator describes.
+    ``live_per_weight`` is a live force ``[fx, fy]`` on every block as a multiple of its weight, applied at
+    the same point as the weight. The old name of this key in generators is ``live``, which is a force in
+    blocks and loads.
     """
 
     kind: ClassVar[type[Body]] = Block
@@ -99,14 +101,14 @@ class Generator(AnyGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the generated blocks, with weights and live loads.
 
-        A generator with a ``unit_weight`` gives each block a ``unit_weight``, which a scene multiplies by its
-        own thickness. If ``thickness`` is given, each block has instead its ``weight`` at this thickness,
-        which a scene leaves as it is.
+        If the generator has a ``unit_weight``, each block has a ``unit_weight`` too, which a scene multiplies
+        by its thickness. If ``thickness`` is given, each block has the ``weight`` of this thickness instead,
+        which a scene does not multiply.
         """
         raise NotImplementedError
 
     def _stone(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
-        """Return a movable block, given by points relative to the generator's origin."""
+        """Return a movable block whose corners are relative to the generator's origin."""
         push = self.live_per_weight if any(self.live_per_weight) else self.live
         return self._block(name, {"vertices": corners}, live_per_weight=push, **keys)
 
@@ -114,7 +116,7 @@ class Generator(AnyGenerator):
 class WeighedGenerator(Generator):
     """Generator whose blocks have weights in proportion to their size.
 
-    ``weight`` is the weight of a whole block, ``unit_weight`` that per unit area.
+    ``weight`` is the weight of a whole block, and ``unit_weight`` is the weight per unit area.
     """
 
     weight: NonNegative | None = None
@@ -123,12 +125,12 @@ class WeighedGenerator(Generator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if (self.weight is None) == (self.unit_weight is None):
-            yield "give 'weight' or 'unit_weight'" + ("" if self.weight is None else ", not both")
+            yield "a generator needs exactly one of the keys 'weight' and 'unit_weight'"
 
     def _weighed_stone(
         self, name: str, corners: Iterable[Point], weight: float | None, area: float, thickness: float | None
     ) -> Block:
-        """Return a movable block; its weight is the given one, or by default follows from the unit weight."""
+        """Return a movable block with a given weight, or with the generator's unit weight if it is None."""
         if weight is not None:
             return self._stone(name, corners, weight=weight)
         if thickness is None:
@@ -139,7 +141,7 @@ class WeighedGenerator(Generator):
 class SolidGenerator(AnyGenerator):
     """Base class of generators of blocks in space, with ``unit_weight`` per unit volume.
 
-    ``at`` and ``live_per_weight`` are those of a :class:`Generator`, with three numbers each.
+    ``at`` and ``live_per_weight`` have the same meaning as in :class:`Generator`, with three numbers each.
     """
 
     kind: ClassVar[type[Body]] = Solid
@@ -155,14 +157,14 @@ class SolidGenerator(AnyGenerator):
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:
         """Return a movable block.
 
-        Its weight is that of its volume, or the given ``weight`` and ``weight_at``.
+        By default its weight is computed from its volume. ``weight`` and ``weight_at`` override this weight.
         """
         weight = weight or {"unit_weight": self.unit_weight}
         return self._block(name, *parts, live_per_weight=self.live_per_weight, **weight)
 
 
 def polar(radius: float, angle: float, *z: float) -> Any:
-    """Return the point at a radius and an angle, in radians from x towards y, with an optional z."""
+    """Return the point with the given polar coordinates and an optional z. The angle is in radians."""
     return (radius * math.cos(angle), radius * math.sin(angle), *z)
 
 
@@ -176,9 +178,10 @@ def cut(
 ) -> list[tuple[float, float]]:
     """Divide a length into stones, and return the two ends of each stone.
 
-    Joints of the bond, in ascending order, are left out if they are nearer to an end of the run than
-    a closer. A piece that is longer than a stone plus a closer is cut first at spare places that are at least
-    half a stone from joints, and then into equal stones.
+    ``joints`` are the joints of the bond, in ascending order. A joint is left out if its distance from an end
+    is less than the length of a closer, the shortest cut stone. A piece that is longer than a stone and a
+    closer is divided in two steps: first at the places ``spare`` that are at least half a stone from joints,
+    and then into equal stones.
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
@@ -198,7 +201,7 @@ def cut(
 
 
 def every(length: float, start: float, end: float) -> list[float]:
-    """Return positions of joints at distances of one stone, from ``start`` up to ``end``."""
+    """Return positions of joints from ``start`` up to ``end``, at intervals of ``length``."""
     return [
         start + number * length
         for number in range(math.floor((end - start) / length + _STONE_LENGTH_TOLERANCE) + 1)

@@ -20,57 +20,60 @@ from masonry_opt.scene.scene import Scene
 #: details are ignored.
 RELATIVE_TOLERANCE = 1e-6
 
-#: Largest gap, relative to the width of the smaller block, at which neighbours are assumed to touch. A larger
-#: value warns of more gaps. Overlaps up to this depth count as rounding.
+#: Largest gap between two blocks, relative to the width of the smaller block, that is probably an error of
+#: the drawing. Overlaps up to this depth are treated in the same manner. With a larger value, warnings name
+#: more gaps.
 NEAR_MISS = 1e-2
 
-#: Largest gap, relative to the contact tolerance, at which neighbours are assumed to touch.
+#: Largest gap between two blocks, relative to the contact tolerance, that is probably an error of the
+#: drawing. With a larger value, warnings name more gaps.
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
 #: messages also suggest bridging gaps that are openings.
 MORTAR = 0.35
 
-#: Allowance for curved edges that are drawn in chords, relative to the contact tolerance: the gap between two
+#: Allowance for curved edges that are drawn as chords, relative to the contact tolerance. The gap between two
 #: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
 _CHORD_ALLOWANCE = 0.05
 
-#: Amount by which an advised contact tolerance exceeds the gap, relative to the gap, to allow for rounding.
+#: Amount by which a recommended contact tolerance exceeds the gap, relative to the gap, to allow for
+#: rounding.
 _GAP_ROUNDING = 1e-6
 
-#: Ratio of tolerance to corner error above which the alignment makes joints parallel. Each of two sides in
-#: contact may deviate by the corner error. A smaller value leaves some wedges; a larger value aligns more
-#: than is needed.
+#: Ratio of the recommended tolerance to the error of the corners of a drawing. With this tolerance the
+#: alignment makes joints parallel, although each of two sides in contact may deviate by the error. With a
+#: smaller value, some joints remain wedge-shaped. A larger value aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Largest distance of a corner from the straight line, relative to the tolerance, at which the corner is
-#: dropped.
+#: Distance of a corner from the straight line between its neighbours, relative to the tolerance, up to which
+#: the corner is removed.
 STRAIGHT = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
-    """Return the advice to set a given tolerance, rounded up to two digits, for messages."""
+    """Return the advice of messages to set ``tolerance`` to a value, rounded up to two digits."""
     return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
 def set_contact_tolerance(gap: float) -> str:
-    """Return the advice to set the contact tolerance that closes a gap of the given width, for messages.
+    """Return the advice of messages to set ``contact_tolerance`` to a value that closes a gap.
 
-    The tolerance has three digits and is larger than the gap, because the gap itself may be rounded.
+    The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
     """
     return f"set 'contact_tolerance' to {rounded_up(gap * (1 + _GAP_ROUNDING), 3)}"
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the origin of a scene's shapes and the tolerance of lengths.
+    """Return the origin of the coordinates of shapes, and the tolerance of lengths.
 
-    Both are those of the movable blocks, because supports may reach far beyond them. ``block`` is the index
-    of the block of each corner.
+    Both are computed from the movable blocks only, because supports may be much larger. ``block`` is the
+    index of the block of each corner.
     """
     movable = corners[~scene.fixed[block]]
     low, high = movable.min(axis=0), movable.max(axis=0)
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
-    # The tolerance is at least eight times the rounding of the largest coordinate.
+    # The tolerance is at least eight times the rounding error of the largest coordinate.
     return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
 
 
@@ -78,25 +81,26 @@ def contact_tolerance_of(scene: Scene, tolerance: float) -> float:
     """Return the largest gap or overlap of facing sides that are in contact.
 
     The result is the tolerance of lengths, plus the contact tolerance if the scene has one, with an allowance
-    for chords. A gap that is as wide as the contact tolerance is then closed, whatever its rounding.
+    for chords. The sum closes a gap that is exactly as wide as the contact tolerance in spite of rounding
+    errors.
     """
     return tolerance + (1 + _CHORD_ALLOWANCE) * (scene.contact_tolerance or 0.0)
 
 
 class Common(NamedTuple):
-    """Region that two blocks have in common."""
+    """Region in which two blocks overlap."""
 
     depth: float  #: distance by which the blocks must be moved apart to remove the overlap
     middle: np.ndarray  #: centroid
-    size: float  #: area, in space volume
+    size: float  #: area in the plane, volume in space
 
 
 @dataclass(frozen=True)
 class Extents(ABC):
     """Shapes of the blocks of a scene, in the plane or in space.
 
-    Coordinates are relative to the middle of the movable blocks, because coordinates far from the origin lose
-    digits.
+    Coordinates are relative to the middle of the movable blocks, because coordinates far from the origin have
+    larger rounding errors.
     """
 
     #: Origin of the shapes: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,).
@@ -108,11 +112,11 @@ class Extents(ABC):
     convex: np.ndarray  #: mask of convex blocks (in space: blocks of one convex part), shape (blocks,)
     mixed: np.ndarray  #: indices of blocks with inconsistently oriented faces; none in the plane
 
-    #: Text in errors: the place of an overlap.
+    #: Phrase of error messages about an overlap of two blocks.
     within: ClassVar[str] = "over an area"
-    #: Text of error messages for blocks that touch but have no joint.
-    meeting: ClassVar[str] = "only corner on corner, but a joint needs an edge"
-    #: Number of overlapping pairs after which the search for more of them ends.
+    #: Phrase of error messages about two blocks that touch but have no joint.
+    meeting: ClassVar[str] = "only at their corners, but a joint needs an edge of one of the blocks"
+    #: Number of overlapping pairs of blocks after which the search for overlaps ends.
     enough: ClassVar[float] = np.inf
 
     @property
@@ -125,9 +129,9 @@ class Extents(ABC):
 
     @abstractmethod
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of points from the convex hulls of blocks, shape (points,).
+        """Return the distance of each point from the convex hull of its block, shape (points,).
 
-        ``blocks`` has one block for each point.
+        ``blocks`` has the index of the block for each point.
         """
 
     @abstractmethod
@@ -140,16 +144,18 @@ class Extents(ABC):
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
-        """Return the smallest distance of two parallel lines or planes around each block, shape (blocks,).
+        """Return the least width of each block, shape (blocks,).
 
-        Only sides of the block are considered as directions of these lines or planes.
+        The least width is the smallest distance between two parallel lines (in space: planes) that enclose
+        the block and are parallel to one of its sides.
         """
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the indices of pairs of blocks that overlap by more than the contact tolerance.
+        """Yield each pair of blocks that overlap by more than the contact tolerance.
 
-        Each index, in ascending order, comes with the common region of the two blocks.
+        The results are the index of the pair in ``pairs``, in ascending order, and the region in which its
+        blocks overlap.
         """
 
     @cached_property
@@ -160,12 +166,12 @@ class Extents(ABC):
 
     @property
     def width(self) -> np.ndarray:
-        """Return the side of the square or cube whose size equals that of each block, shape (blocks,)."""
+        """Return the side of a square (in space: a cube) as large as each block, shape (blocks,)."""
         return self.size ** (1 / len(self.origin))
 
     @property
     def reach(self) -> np.ndarray:
-        """Return the largest gap at which neighbours of a block are assumed to touch, shape (blocks,)."""
+        """Return the largest gap at each block that is probably an error of the drawing, shape (blocks,)."""
         return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)
 
 
@@ -173,7 +179,7 @@ class Extents(ABC):
 class Geometry(Extents):
     """Shapes of a scene in the plane."""
 
-    #: A polygon or multipolygon for each block: counter-clockwise, without straight corners.
+    #: Polygon or multipolygon of each block, counter-clockwise, without corners on straight sides.
     polygons: np.ndarray
 
     __repr__ = brief
@@ -184,7 +190,7 @@ class Geometry(Extents):
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of points from the convex hulls of blocks, shape (points,)."""
+        """Return the distance of each point from the convex hull of its block, shape (points,)."""
         hulls = shapely.convex_hull(self.polygons[blocks])
         return shapely.distance(hulls, shapely.points(points))
 
@@ -199,18 +205,19 @@ class Geometry(Extents):
         return int(distance.argmin()), float(distance.min())
 
     def thickness(self) -> np.ndarray:
-        """Return the smallest distance of two parallel lines around each block, shape (blocks,)."""
+        """Return the least width of each block, shape (blocks,)."""
         return np.array([_least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the indices of pairs of blocks that overlap, and the common region of each pair."""
+        """Yield the indices of pairs of blocks that overlap, and the region in which each pair overlaps."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
         # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`
         # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            # A curved piece, such as that between two arcs, is thinner than the lines that enclose it.
+            # A curved piece, such as the region between two arcs, may be thinner than the strip that encloses
+            # it. Therefore π times `mean` limits the depth too.
             width = max(map(_least_width, shapely.get_parts(common[number])))
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
@@ -231,8 +238,8 @@ class Geometry(Extents):
 def geometry(scene: Scene) -> Geometry:
     """Return the polygons, areas and centroids of the blocks of a scene.
 
-    Clockwise polygons are reversed, parts united and holes cut out. Then corners are dropped that lie within
-    a tenth of the tolerance of the outline without them.
+    Clockwise polygons are reversed, parts are united and holes are cut out. Then a corner is removed if it
+    lies within a tenth of the tolerance of the outline without this corner.
 
     Raises
     ------
@@ -253,15 +260,15 @@ def geometry(scene: Scene) -> Geometry:
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    flat &= ~shapely.is_empty(outlines)  # an empty outline consists of holes only and is reported below
-    raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
-    # A normalised outline begins at its lowest leftmost corner. This corner is never straight, so the
-    # simplification may keep it.
+    flat &= ~shapely.is_empty(outlines)  # holes leave nothing of an empty outline, which is reported below
+    raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners lie on one line or in one point")
+    # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes
+    # the first corner. The lowest leftmost corner is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
-    raise_for(crossed, scene, "crosses itself: list its corners in order around the block")
+    raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order round the block")
     area = shapely.area(outlines)
-    raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
+    raise_for(np.flatnonzero(area <= tolerance**2), scene, "{} has no area")
     hulls = shapely.convex_hull(polygons)
     convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
     polygons = shapely.orient_polygons(polygons)
@@ -278,9 +285,9 @@ def _built_up(
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
         if polygon.area <= tolerance**2:
-            raise_for([index], scene, f"has {what} without area")
+            raise_for([index], scene, f"{{}} has {what} without area")
         if not polygon.is_valid:
-            raise_for([index], scene, f"has {what} that crosses itself: give its corners in order")
+            raise_for([index], scene, f"{{}} has {what} that crosses itself: give its corners in order")
         return polygon
 
     whole = shapely.union_all([ring(points, "a part") for points in block.rings])
@@ -290,14 +297,14 @@ def _built_up(
             raise_for(
                 [index],
                 scene,
-                "has a hole that is not inside: move the hole, or draw a notch in the outline",
+                "{} has a hole that is not inside the block: move the hole, or draw a notch in the outline",
             )
         whole = whole.difference(hole)
     return whole
 
 
 def _least_width(piece: shapely.Geometry) -> float:
-    """Return the smallest distance of two parallel lines that enclose a polygon."""
+    """Return the smallest distance between two parallel lines that enclose a polygon."""
     corners = shapely.get_coordinates(shapely.convex_hull(piece))
     sides = np.diff(corners, axis=0)
     if len(sides) < 3:
@@ -307,23 +314,28 @@ def _least_width(piece: shapely.Geometry) -> float:
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:
-    """Raise CaseError about the given blocks, if there are any. The message names at most four."""
+    """Raise CaseError about the given blocks, if there are any.
+
+    In the message ``why``, ``{}`` is replaced by the names of the blocks, of which at most four are listed.
+    """
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
     more = f" (likewise {len(names) - 1} more: {', '.join(names[1:4])})" if len(names) > 1 else ""
-    raise CaseError(f"{scene.origin}: block {names[0]}{more} {why}")
+    raise CaseError(f"{scene.origin}: {why.replace('{}', f'block {names[0]}{more}', 1)}")
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
-    """Return twice the size of each shape divided by the size of its boundary; 0 for an empty boundary."""
+    """Return twice the size of each shape divided by the size of its boundary, or 0 without a boundary."""
     return np.divide(2 * size, boundary, out=np.zeros_like(size), where=boundary > 0)
 
 
 def refuse_too_thin(
     scene: Scene, block: np.ndarray, thickness: np.ndarray, limits: tuple[float, float]
 ) -> None:
-    """Raise CaseError if blocks, or parts of blocks, are too thin for the scene's ``tolerance`` alone.
+    """Raise CaseError if blocks, or parts of blocks, are too thin for the ``tolerance`` of the scene.
+
+    Blocks that are too thin even for the default tolerance are not reported here.
 
     Parameters
     ----------
@@ -334,24 +346,28 @@ def refuse_too_thin(
     thickness : ndarray, shape (parts,)
         Mean thickness of each part.
     limits : tuple of float
-        Thickness below which the tolerance of the scene ignores a part, and thickness below which the default
-        tolerance does.
+        Thickness up to which the tolerance of the scene ignores a part, and thickness up to which the default
+        tolerance ignores it.
     """
     too_thin, none = limits
     thin = np.flatnonzero((thickness <= too_thin) & (thickness > none))
     if scene.tolerance is None or not len(thin):
         return
-    lower = "lower 'tolerance'; gaps between stones are closed by 'contact_tolerance'"
     blocks = list(dict.fromkeys(block[thin].tolist()))
-    raise_for(blocks, scene, f"is too thin for 'tolerance' {scene.tolerance:.3g}: {lower}")
+    raise_for(
+        blocks,
+        scene,
+        f"{{}} is too thin for 'tolerance' {scene.tolerance:.3g}: "
+        "lower 'tolerance', and set 'contact_tolerance' to close gaps between stones",
+    )
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Pieces of the uppermost edges below a line, from left to right.
+    """Pieces of the uppermost block edges below a line, such as a road, from left to right.
 
-    Edge and line are both straight along a piece. Coordinates of the left and right ends are relative to the
-    geometry's origin.
+    Along each piece, the edge and the line are straight. Coordinates of the left and right ends are relative
+    to the origin of the geometry.
     """
 
     x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
@@ -391,10 +407,10 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     for index in touched[shapely.intersects(line, inner)]:
         name = scene.blocks[index].name
         raise CaseError(
-            f"{scene.origin}: {where} runs through block '{name}': move it onto or above the blocks"
+            f"{scene.origin}: {where} runs through block '{name}': move the line onto or above the blocks"
         )
     tail, tip, owner = shapes.edges
-    # Upper edges run leftwards, because a block lies to the left of its edges.
+    # Select the upper edges, which run leftwards because a block lies to the left of its edges.
     upper = np.flatnonzero(tip[:, 0] < tail[:, 0])
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
     if shapes.contact_tolerance > shapes.tolerance:
@@ -421,7 +437,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
 def with_closed_gaps(
     tail: np.ndarray, tip: np.ndarray, owner: np.ndarray, widest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return both ends of edges of blocks, moved to the middle of the gaps between neighbours.
+    """Return both ends of block edges, with the two ends at a gap between blocks moved to its middle.
 
     A gap lies between the start (``tail``) of an edge and the end (``tip``) of an edge of another block, if
     their distance is at most ``widest``. ``owner`` is the block of each edge.
@@ -439,7 +455,7 @@ def with_closed_gaps(
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the index of the highest edge below a height at each abscissa, shape (x,); -1 without edge."""
+    """Return the index of the highest edge below ``high`` at each abscissa, or -1 without an edge."""
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
     plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
@@ -447,5 +463,5 @@ def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarra
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
     rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
     highest = np.full(len(x), -1)
-    highest[number[rising]] = edge[rising]  # the last assignment to an abscissa remains: the highest edge
+    highest[number[rising]] = edge[rising]  # assign edges by rising height, so that the highest edge remains
     return highest

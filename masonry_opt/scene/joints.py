@@ -52,14 +52,14 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # use a valid value, so that only the wrong angle is reported
+            keys[tangent] = 0.0  # use a valid coefficient, so that only the wrong angle is reported
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys
 
 
 class JointDefaults(_InDegrees):
-    """Properties of all joints that no exception names.
+    """Default properties of all joints, which :class:`Joint` records override for single joints.
 
     Raises CaseError if a value is out of range.
 
@@ -69,14 +69,14 @@ class JointDefaults(_InDegrees):
     cohesion: Force per unit length of joint, or per unit area if the scene has a ``thickness``.
     dilatancy: tan φ₀, the opening per unit slip. 0 is Coulomb's law; the largest value, ``friction``, is the
         associative law.
-    friction_angle, dilatancy_angle: φ and φ₀ in degrees, from 0 to below 90, in place of their tangents,
-        which are stored.
+    friction_angle, dilatancy_angle: φ and φ₀ in degrees, from 0 to below 90, in place of their tangents. The
+        record stores the tangents.
     dilatancy_stress: Two rising mean normal stresses ``[full, none]``, in the units of ``strength`` (section
-        6.5 of the paper). Up to the first one the dilatancy is full, then it falls linearly to zero at the
-        second one. Default: dilatancy does not depend on stress.
+        6.5 of the paper). Up to the first stress the dilatancy is full, then it decreases linearly to zero at
+        the second stress. Default: dilatancy does not depend on stress.
     strength: Compressive strength f_c, a force per unit length, or per unit area, as ``cohesion``: |m| ≤ n
-        (L/2 − n / (2 f_c)). Default: unlimited. A corner on an edge, which has no length, has unlimited
-        strength too.
+        (L/2 − n / (2 f_c)). Default: unlimited. The contact of a corner with an edge, which has no length,
+        also has unlimited strength.
     """
 
     friction: Friction
@@ -104,7 +104,7 @@ class Joint(_InDegrees):
     ----------
     between: Names of the two blocks; they must touch.
     friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle: As in
-        :class:`JointDefaults`. Properties that are not given are the scene's defaults.
+        :class:`JointDefaults`. A property that is not given has the default value of the scene.
     """
 
     between: tuple[Name, Name]
@@ -115,9 +115,9 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """Return the properties of this joint, completed by ``defaults``.
+        """Return the properties of this joint, with missing values taken from ``defaults``.
 
-        Raises CaseError if they are inconsistent.
+        Raises CaseError if the resulting properties are inconsistent.
         """
         given = self.model_dump(exclude={"between"}, exclude_none=True)
         return JointDefaults(**(defaults.model_dump() | given))

@@ -22,10 +22,10 @@ Tilt = Annotated[
 #: Sine of the angle below which a direction counts as parallel to gravity.
 _PARALLEL_TOLERANCE = 1e-9
 
-#: Text for a point, by dimension.
+#: Description of a point in error messages, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
-#: Text of error messages for the direction of an earthquake, by dimension.
+#: Description of the direction of an earthquake in error messages, by dimension.
 _DIRECTION_FORMS = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
@@ -53,7 +53,7 @@ class SceneKeys(Record):
     reference: dict[Name, Reference] = {}
 
     def model_post_init(self, _: Any) -> None:
-        """Set gravity to straight down if the scene does not specify gravity."""
+        """Set gravity to vertically downwards if the scene does not specify gravity."""
         if "gravity" not in self.model_fields_set:
             # The record is immutable: an ordinary assignment would raise an error.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
@@ -72,14 +72,14 @@ class SceneKeys(Record):
     def tilt_direction(self) -> np.ndarray | None:
         """Return the unit vector, perpendicular to gravity, along which tilting pushes the blocks.
 
-        None if the scene is not tilted, or the given direction is that of gravity.
+        The result is None if the scene is not tilted, or if the given direction is parallel to gravity.
         """
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
         """Return the unit vector perpendicular to gravity that points to a side, or towards a vector.
 
-        None if the vector is parallel to gravity.
+        The result is None if the vector is parallel to gravity.
         """
         if isinstance(towards, str):
             x, y = self.down
@@ -95,9 +95,9 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
-    """Yield a sentence for each inconsistency of a scene, the most important first.
+    """Yield an error message for each inconsistency of a scene, the most important first.
 
-    Later checks rely on earlier ones, so that only the first sentence is certain.
+    Later checks assume that earlier checks pass, so only the first message is reliable.
     """
     if not any(scene.gravity):
         yield "'gravity' needs a direction, such as [0, -1], or [0, 0, -1] for solids"
@@ -106,13 +106,15 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     names = [block.name for block in scene.blocks]
     for name in repeated(names):
         first, second, *_ = [number for number, other in enumerate(names, start=1) if other == name]
-        itself = "a generator names its blocks '1-1', ..., 'base'; give each generator a 'name'"
-        yield f"blocks no. {first} and no. {second} are both named '{name}': rename one ({itself})"
+        yield (
+            f"blocks no. {first} and no. {second} are both named '{name}': "
+            "rename one of them, or give each generator its own 'name'"
+        )
     fixed = {block.name: block.fixed for block in scene.blocks}
     if not any(fixed.values()):
         yield "no block is fixed: mark the support with 'fixed = true'"
     if all(fixed.values()):
-        yield "every block is fixed: nothing can move"
+        yield "every block is fixed: the scene needs at least one movable block"
     yield from _wrong_dimension(scene)
     yield from _wrong_exceptions(scene, fixed)
     yield from _wrong_loads(scene, fixed)
@@ -123,28 +125,31 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and scene.tilt_direction is None:
         yield "'tilt' needs a direction that is not parallel to gravity"
     for why in _not_tilting(scene) if scene.tilt else ():
-        allowed = "'tilt' is allowed only if all loads are weights and the only joint law is friction"
-        yield f"{allowed}, but {why}: remove it, or remove 'tilt'"
+        yield (
+            "'tilt' is allowed only if all loads are weights and joints resist by friction alone, "
+            f"but {why}: remove it, or remove 'tilt'"
+        )
     yield from _wrong_cases(scene)
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message if plane keys and space keys are mixed in a scene."""
+    """Yield an error message for each key or block that does not fit the dimension of the scene."""
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
             flat, solid = sorted((first, block), key=lambda mixed_block: mixed_block.dimension)
-            mixed = f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane"
-            instead = "('extrude' makes solids of a scene in the plane)"
-            yield f"{mixed}; a scene must not mix them {instead}"
+            yield (
+                f"block '{solid.name}' is a solid, but block '{flat.name}' lies in the plane: "
+                "use only one of the two kinds ('extrude' converts a scene in the plane to solids)"
+            )
     if len(scene.gravity) != scene.dimension:
-        yield f"'gravity' needs {_POINT[scene.dimension]}, as block '{first.name}' does"
+        yield f"'gravity' needs {_POINT[scene.dimension]}, like the points of block '{first.name}'"
     yield from _wrong_load_dimension(scene)
     space = scene.dimension == 3
     if scene.tilt and isinstance(scene.tilt, str) == space:
         yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
     if space and "thickness" in scene.model_fields_set:
-        yield f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
+        yield f"'thickness' is only for scenes in the plane, but block '{first.name}' is a solid: remove it"
     if space:
         yield from of_plane_alone(scene)
 
@@ -159,22 +164,22 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
                 yield f"{where}: '{key}' needs {_POINT[scene.dimension]}"
         for key in ("live_moment", "dead_moment"):
             if getattr(load, key) and scene.dimension == 2:
-                yield f"{where}: '{key}' is for solids: remove it"
+                yield f"{where}: '{key}' is only for solids: remove it"
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield a sentence for each key that is allowed only in the plane, except the thickness."""
+    """Yield an error message for each key that is allowed only in the plane, except ``thickness``."""
     if scene.edge_loads:
-        yield "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
+        yield "'edge_load' is only for scenes in the plane: give the resultant forces as 'load'"
     if scene.axles:
-        yield "'axles' move over scenes in the plane only: remove them"
+        yield "'axles' are only for scenes in the plane: remove them"
     if scene.fills:
-        yield "a 'fill' is for scenes in the plane: give its weight and pressure as 'load'"
+        yield "'fill' is only for scenes in the plane: give its weight and pressure as 'load'"
     for joint in (scene.joints, *scene.exceptions):
         where = f"joint between {list(joint.between)}" if isinstance(joint, Joint) else "'joints'"
         for key in ("strength", "dilatancy_stress"):
             if getattr(joint, key) is not None:
-                yield f"{where}: '{key}' is for joints in the plane: remove it"
+                yield f"{where}: '{key}' is only for joints in the plane: remove it"
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
@@ -188,7 +193,7 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
         if len(pair) == 1:
             yield f"{where}: needs two different blocks"
         if pair in pairs:
-            yield f"{where} is given twice"
+            yield f"{where} is given twice: remove one of the two entries"
         pairs.add(pair)
         try:
             exception.over(scene.joints)
@@ -203,10 +208,13 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
         if load.block not in fixed:
             yield f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, fixed)}"
         if fixed[load.block]:
-            yield f"load no. {number}: block '{load.block}' is fixed: load a movable block"
+            yield f"load no. {number}: block '{load.block}' is fixed: name a movable block instead"
         if load.weight is not None:
             if load.block in weighed:
-                yield f"load no. {number}: block '{load.block}' already has a 'weight' from another load"
+                yield (
+                    f"load no. {number}: block '{load.block}' has a 'weight' from another load too: "
+                    "remove one of the two weights"
+                )
             weighed.add(load.block)
 
 
@@ -238,9 +246,9 @@ def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     """Yield the loads and joint properties that are not allowed in a tilted scene.
 
-    If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights turned a
-    quarter. So λ = tan θ if everything else is proportional to cos θ too. Other forces are not, nor is the
-    resistance of joints that do not depend on normal force.
+    If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights W rotated by
+    90°. Therefore λ = tan θ if all other forces are proportional to cos θ too. Forces that do not tilt are
+    not proportional to cos θ. Neither are joint resistances that do not depend on the normal force.
     """
     for block in scene.blocks:
         for force in block.LOADS:
@@ -259,7 +267,7 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     for joint in properties:
         for key in ("cohesion", "strength", "dilatancy_stress"):
             if getattr(joint, key) and (key != "dilatancy_stress" or joint.dilatancy):
-                yield f"'{key}' gives a resistance that is not proportional to the weights"
+                yield f"'{key}' adds a joint resistance that is not proportional to the weights"
 
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
@@ -277,25 +285,27 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and (scene.load_cases or scene.earthquake):
         yield "'tilt' is itself the live load: remove 'tilt', or the load cases and the earthquake"
     if scene.earthquake and scene.load_cases:
-        yield "with load cases, 'earthquake' must be a key of a [[load_case]]: move it there"
+        yield "a scene with load cases must have 'earthquake' in a [[load_case]]: move the earthquake there"
     for live in _live_loads(scene) if scene.earthquake else ():
-        instead = "give the earthquake in a [[load_case]], where other live loads are omitted by default"
-        yield f"'earthquake' is the live load, and {live} is live too: remove this live load, or {instead}"
+        yield (
+            f"'earthquake' must be the only live load, but {live} has a live load too: remove that load, "
+            "or give the earthquake in a [[load_case]], which omits other live loads by default"
+        )
 
 
 def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
-    """Yield an error message for each load group that a load case names but the scene lacks."""
+    """Yield an error message for each load group that a load case names but the scene does not have."""
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
             near = did_you_mean(unknown[0], known) or f"; there are: {', '.join(known)}"
             yield f"'{key}' names group '{unknown[0]}', which no load has{near}"
     if "axles" in case.live and scene.dimension == 3:
-        yield "'live' names 'axles', which move over scenes in the plane only: remove them"
+        yield "'live' names 'axles', which are only for scenes in the plane: remove them"
 
 
 def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each earthquake whose direction is wrong, in scene and load cases."""
+    """Yield an error message for each wrong direction of an earthquake, in the scene or a load case."""
     earthquakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
@@ -306,7 +316,7 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """Return the error message for a wrong direction of an earthquake; None if the direction is valid."""
+    """Return the error message for a wrong direction of an earthquake, or None if it is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION_FORMS[scene.dimension]}"
     if scene.sideways(quake.towards) is None:

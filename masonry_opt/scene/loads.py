@@ -11,7 +11,7 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Tags for the alternative types of an earthquake's direction, by Python type.
+#: Tags of the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.
 Push = Annotated[
@@ -35,20 +35,20 @@ class Load(Record):
 
     Several loads on one block add up.
 
-    Raises CaseError if a load is empty, gives a point without a force, or has both kinds of force in one
-    group.
+    Raises CaseError if a load is empty, has a point but no force, or has dead and live forces in one group.
 
     Parameters
     ----------
     block: Name of a block that is not fixed.
-    live: Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, scaled by the load factor.
+    live: Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, which the load factor multiplies.
     dead: Dead force, in addition to the weight.
-    at: The point where both forces act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
-    weight: In place of the block's own weight; at most once for each block.
-    live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, in addition to those of the
+    at: Point of application of both forces, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
+    weight: Weight that replaces the block's own weight. At most one load of a block may have a weight.
+    live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, in addition to the moments of the
         forces.
-    mass: A weight, as a force, that pushes in an earthquake at the point of the load and is no dead load
-        itself. Default: the part along gravity of the forces that act as dead. 0: no mass.
+    mass: Weight, as a force, that an earthquake multiplies to a horizontal force at the point of the load. It
+        is not a dead load. By default it is the component along gravity of the forces that act as dead loads.
+        With 0 the load has no mass.
     group: A name by which a :class:`LoadCase` refers to the load.
     """
 
@@ -66,14 +66,17 @@ class Load(Record):
         _refuse_group(self.group)
         if self.group is not None and self.gives("live") == self.gives("dead"):
             if self.gives("live"):
-                yield "has live and dead forces in one 'group': split it into two loads"
+                yield "a load with a 'group' cannot have both live and dead forces: split it into two loads"
             if not self.mass:
-                yield ("'group' needs 'live', 'dead' or 'mass'; weights belong to group \"weight\"")
+                yield (
+                    "a load with a 'group' needs 'live', 'dead' or 'mass' "
+                    "(its 'weight' belongs to the group \"weight\")"
+                )
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
                 yield "'at' needs a force: give 'live', 'dead' or 'mass'"
             if self.weight is None and not self.is_force:
-                yield "has no force: give 'live', 'dead' or 'weight', or a 'mass'"
+                yield "the load is empty: give 'live', 'dead', 'weight' or 'mass'"
 
     def gives(self, kind: Kind) -> bool:
         """Return True if the load has a force or moment of the kind "dead" or "live"."""
@@ -90,17 +93,17 @@ class EdgeLoad(Record):
 
     Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
 
-    Raises CaseError if the line has no length, or if both or neither of pressure and force are given.
+    Raises CaseError if the line has no length, or if not exactly one of pressure and force is given.
 
     Parameters
     ----------
     start, end: The ends of the line, ``[x, y]``; in a case file ``from`` and ``to``.
-    pressure: Intensity normal to the edges, into the blocks: one number, or the numbers at start and end of a
-        linear pressure.
+    pressure: Intensity normal to the edges, into the blocks: one number, or the two values at start and end
+        between which the pressure varies linearly.
     force: Uniform intensity ``[fx, fy]`` in any direction, in place of ``pressure``.
     kind: "dead" (the default), or "live", which the load factor scales.
-    mass, group: As in :class:`Load`, with the mass per unit length. Default: the part of a ``force`` along
-        gravity; a ``pressure`` has none.
+    mass, group: As in :class:`Load`, with the mass per unit length. By default the mass is the component of
+        ``force`` along gravity; a ``pressure`` has no mass.
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -114,19 +117,19 @@ class EdgeLoad(Record):
     def _mistakes(self) -> Iterator[str]:
         _refuse_group(self.group)
         if (self.pressure is None) == (self.force is None):
-            yield "give 'pressure' or 'force'" + ("" if self.force is None else ", not both")
+            yield "an edge load needs exactly one of the keys 'pressure' and 'force'"
         if self.start == self.end:
             yield "'from' and 'to' are the same point: give the two ends of the loaded line"
 
 
 def _refuse_group(name: str | None) -> None:
-    """Raise ValueError if a load's group has the name of a predefined group of load cases."""
+    """Raise ValueError if the group of a load has the name of a predefined load group."""
     if name in GROUPS:
         raise ValueError(f"'group' \"{name}\" is reserved for load cases: choose another name")
 
 
 class _Strut(Record):
-    """Fields and rules that ties and props have in common."""
+    """Base class of ties and props, with their common fields and rules."""
 
     between: tuple[Name, Name]
     at: tuple[PlaneOrSpaceVector, PlaneOrSpaceVector]
@@ -144,19 +147,19 @@ class _Strut(Record):
 
 
 class Tie(_Strut):
-    """Tie rod with a tension between prestress and strength, along the line of its two anchors.
+    """Tie rod along the line between two anchors, with a tension between its prestress and its strength.
 
-    It may pass through blocks between its anchors without touching them. It carries no shear.
+    The tie may pass through blocks between its anchors without touching them. It carries no shear.
 
     Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
 
     Parameters
     ----------
-    between: Names of the two blocks in which it is anchored; ``"ground"`` is the fixed ground.
-    at: Its two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
-    strength: Largest tension, a force (default: it never yields).
-    prestress: Least tension, which remains however much the tie shortens (default 0).
-    name: Its name in results (default: the names of its blocks).
+    between: Names of the two blocks in which the tie is anchored; ``"ground"`` is the fixed ground.
+    at: The two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
+    strength: Largest tension, a force (default: unlimited).
+    prestress: Least tension, which does not decrease if the tie shortens (default 0).
+    name: Name of the tie in results (default: the names of its blocks).
     """
 
     prestress: NonNegative = 0.0
@@ -168,34 +171,36 @@ class Tie(_Strut):
 
 
 class Prop(_Strut):
-    """Prop with a compression up to its strength, along the line of its two ends.
+    """Prop along the line between two points, with a compression up to its strength.
 
-    Raises CaseError if the ends are one point.
+    Raises CaseError if the two points are the same.
 
     Parameters
     ----------
     between, at, name: As in :class:`Tie`.
-    strength: Largest compression, a force (default: it never yields).
+    strength: Largest compression, a force (default: unlimited).
     """
 
 
 class Earthquake(Record):
-    """Live load of an earthquake: λ times ``coefficient`` is the horizontal push per unit of weight.
+    """Live load of an earthquake: λ times ``coefficient`` is the horizontal force per unit weight.
 
-    Every weight pushes where it acts. Of dead forces the part along gravity pushes. A :class:`Load` or
-    :class:`EdgeLoad` with a ``mass`` pushes with this mass instead.
+    The horizontal force of each weight acts at the same point as the weight. The component of a dead force
+    along gravity counts as a weight. A :class:`Load` or :class:`EdgeLoad` with a ``mass`` uses this mass
+    instead.
 
     Raises CaseError if a value is wrong.
 
     Parameters
     ----------
     direction: "left" or "right"; in space an angle in plan in degrees, from x towards y, or a vector ``[x, y,
-        z]``, of which the part perpendicular to gravity counts.
-    vertical: Vertical push divided by the horizontal one: positive with gravity, negative against it.
-    coefficient: Horizontal seismic coefficient that λ multiplies. With the default, 1, λ is the coefficient
-        of collapse. With a design value λ is the factor on it, which can be compared with those of other load
-        cases.
-    dead_as_mass: False if dead forces, among them a block's own ``dead``, push only by their ``mass``.
+        z]``, of which only the component perpendicular to gravity is used.
+    vertical: Vertical force divided by the horizontal force: positive with gravity, negative against gravity.
+    coefficient: Horizontal seismic coefficient that λ multiplies. With the default, 1, λ is the seismic
+        coefficient at collapse. With a design value, λ is a factor on the design value, which can be compared
+        with the load factors of other load cases.
+    dead_as_mass: True if dead forces, including a block's own ``dead``, count as weights. If False, only
+        their ``mass`` does.
     """
 
     direction: Push
@@ -207,7 +212,7 @@ class Earthquake(Record):
     def towards(self) -> str | tuple[float, ...]:
         """Return the direction of the earthquake: a side of the plane, or a vector in space.
 
-        The direction still includes its part along gravity, which has no effect.
+        The vector may have a component along gravity, which has no effect.
         """
         if not isinstance(self.direction, float):
             return self.direction
@@ -230,19 +235,19 @@ class Earthquake(Record):
 class LoadCase(Record):
     """Load case: factors of the load groups that act together.
 
-    Groups are those that loads name, and these:
+    A load can name its group. In addition, these groups are predefined:
 
     - "weight": weights of blocks.
     - "fill": weight of fill.
-    - "dead" and "live": dead and live loads, of blocks too, that name no group.
-    - "axles": axles, only in ``live``, for :func:`~masonry_opt.crossing`.
+    - "dead" and "live": dead and live loads without a named group, including the loads in blocks.
+    - "axles": moving axles, allowed only in ``live``; see :func:`~masonry_opt.crossing`.
 
-    Raises CaseError if nothing is live, if both ``live`` and ``earthquake`` are given, if axles are dead, or
-    if their factor is negative.
+    Raises CaseError if the load case has no live load, if both ``live`` and ``earthquake`` are given, if
+    axles are named in ``dead``, or if the factor of axles is negative.
 
     Parameters
     ----------
-    name: Unique within the scene.
+    name: Name of the load case, unique within the scene.
     dead: Factors of the groups that act as dead loads. If not named, "weight", "fill" and "dead" have factor
         1, all others 0.
     live: Factors of the groups that λ scales.
@@ -261,15 +266,15 @@ class LoadCase(Record):
         if "axles" in self.dead:
             yield "'dead' names 'axles', which are a moving live load: name them in 'live'"
         if self.live.get("axles", 0.0) < 0:
-            yield "the factor of 'axles' in 'live' is negative: axles act downwards, give it above 0"
+            yield "the factor of 'axles' in 'live' is negative: axle loads act downwards, so make it positive"
         live = any(self.live.values())
         if live and self.earthquake:
             yield "give 'live' or 'earthquake', not both: λ can scale only one of them"
         elif not live and not self.earthquake:
-            yield "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
+            yield "the load case has no live load: give factors ('live = { live = 1 }') or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """Return the factor of a load group that acts as dead or as live load."""
+        """Return the factor of a load group within the dead load or within the live load."""
         usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, usual)
 

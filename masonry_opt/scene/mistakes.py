@@ -12,15 +12,15 @@ from pydantic.fields import FieldInfo
 
 from masonry_opt.errors import CaseError, printable
 
-#: Messages for the most frequent mistakes, by pydantic's error type. Pydantic's own messages are harder to
-#: understand.
+#: Messages for the most frequent mistakes, by pydantic's error type. They replace pydantic's own messages,
+#: which are harder to understand.
 _MESSAGES = {
     "model_type": "must be a table of keys",
     "dict_type": "must be a table of keys",
     "list_type": "must be a list",
     "tuple_type": "must be a list of two",
-    "too_short": "needs at least {min_length} entries, has {actual_length}",
-    "too_long": "takes at most {max_length} entries, has {actual_length}",
+    "too_short": "must have at least {min_length} entries, but has {actual_length}",
+    "too_long": "must have at most {max_length} entries, but has {actual_length}",
     "float_type": "must be a number",
     "int_type": "must be a whole number",
     "bool_type": "must be true or false",
@@ -33,7 +33,7 @@ _MESSAGES = {
     "less_than": "must be less than {lt}",
     "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
-    # This message is for a missing entry of a list. A missing key has another message.
+    # This message is for a list with a missing entry. A missing key has a different message.
     "missing": "needs two numbers, [x, y]",
 }
 
@@ -45,7 +45,7 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Largest number of lines in one error message. Further mistakes usually repeat earlier mistakes.
+#: Largest number of lines in one error message. Further mistakes are usually repetitions.
 _MOST_MESSAGE_LINES = 20
 
 #: Largest number of characters of an error message that quotes names.
@@ -54,7 +54,7 @@ _LONGEST_MESSAGE = 500
 #: Largest number of characters of a quoted key or value in an error message.
 _LONGEST_QUOTE = 60
 
-#: Shortens the representation of values.
+#: Function that shortens the text representation of values.
 _SHORT_REPR = reprlib.Repr()
 _SHORT_REPR.maxstring = _LONGEST_QUOTE
 _SHORT_REPR.maxother = _LONGEST_QUOTE
@@ -67,9 +67,9 @@ _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 def wrong_values(
     error: ValidationError, record: type[BaseModel], values: Mapping[str, Any], head: str = ""
 ) -> CaseError:
-    """Return the CaseError for wrong values, with one line for each mistake.
+    """Return the CaseError for invalid values, with one line for each mistake.
 
-    Each line begins with ``head``, by default the name of the record in errors.
+    Each line begins with ``head``. The default is the name of the record.
     """
     head, mistakes = head or called(record, values), error.errors(include_url=False)
     most_mistakes = _MOST_MESSAGE_LINES - 1  # the last line counts the others
@@ -86,9 +86,9 @@ def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the last clause of an error about an unknown name: a similar known name, or "".
+    """Return a clause that suggests a known name similar to an unknown name, or an empty text.
 
-    Upper and lower case do not matter for the similarity.
+    The comparison ignores upper and lower case.
     """
     by_lower_case = {entry.lower(): entry for entry in known}
     close = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
@@ -102,10 +102,7 @@ def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
 
 
 def instead_of(name: object, known: Iterable[str]) -> str:
-    """Return the last clause of an error about a name that must be one of a few.
-
-    The clause names a similar known name, if any, and all known names.
-    """
+    """Return a clause that suggests a similar name, if there is one, and lists all valid names."""
     names = [*known]
     similar = did_you_mean(str(name), names)
     listed = ", ".join(names)
@@ -118,7 +115,7 @@ def repeated(names: Iterable[str]) -> list[str]:
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the message of one mistake, preceded by its table or list entry."""
+    """Return the message of one mistake, after the name of its table or list entry."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
@@ -127,7 +124,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a case file, a generator is one table or a list of tables.
+        # In a case file, a generator is either one table or a list of tables.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
@@ -142,9 +139,9 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
 
 
 def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_file: bool) -> str:
-    """Return the message of one mistake, with the key at ``loc``.
+    """Return the message of one mistake at the key with the path ``loc``.
 
-    ``record`` is the class whose keys are suggested.
+    ``record`` is the class whose keys the message may suggest.
     """
     kind = item["type"]
     key = _dotted(loc)
@@ -181,11 +178,12 @@ def _entry(table: str, index: int, entries: Any) -> str:
 
 
 def _name(entry: Any) -> str:
-    """Return the name of a block, or the block names of a joint or load; "" without a name."""
+    """Return the name of a block, or the block names of a joint or load, or an empty text."""
     named = entry if isinstance(entry, Mapping) else {}
-    block = named.get("block")  # the block name of a load; in other tables the value of this key is no text
+    # name of the loaded block; in other tables the value of this key is not a text
+    block = named.get("block")
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
-    # An array has no truth value.
+    # Test for arrays first, because they have no truth value.
     return _shown(name) if not hasattr(name, "shape") and name else ""
 
 
@@ -193,8 +191,8 @@ def _shown(value: Any) -> str:
     """Return a value as one short line of text, however large or nested the value is."""
     try:
         return _one_line(_SHORT_REPR.repr(value).replace("\n", " "))
-    except ValueError:  # Python refuses to print integers of thousands of digits
-        return "a number of thousands of digits"
+    except ValueError:  # Python refuses to print integers with thousands of digits
+        return "a number with thousands of digits"
 
 
 def _one_line(text: str) -> str:
@@ -213,7 +211,7 @@ def _dotted(loc: list[Any]) -> str:
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a record by name and alias; in a case file by alias only."""
+    """Return the fields of a record by name and by alias, or only by alias for a case file."""
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
     own = {name if by_name else field.alias or name: field for name, field in fields}
     return own | {field.alias: field for _, field in fields if field.alias}
@@ -222,7 +220,7 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
 def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
     """Return the class of the records in a field, or None if the field has no records.
 
-    If several classes are possible, it is the one that the location of the error names.
+    If several classes are possible, the location of the error selects the class.
     """
     annotations: list[Any] = [field.annotation]
     candidates: list[tuple[bool, type[BaseModel]]] = []

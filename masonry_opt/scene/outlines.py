@@ -11,19 +11,20 @@ from masonry_opt.scene.rows import steps_round
 #: have longer mitres.
 _MITRE_LIMIT = 100.0
 
-#: Sine of the largest inward angle at a corner of a convex piece, as an allowance for rounding.
+#: Sine of the largest angle by which an outline may turn inwards at a corner of a convex piece. The angle is
+#: an allowance for rounding.
 _INWARD_TOLERANCE = 1e-9
 
-#: Grid size, relative to the tolerance, of overlays that fail in floating-point arithmetic. A coarser grid
-#: moves corners further.
+#: Grid size, relative to the tolerance, to which corners are rounded if an intersection or union of polygons
+#: fails in floating-point arithmetic. A coarser grid moves corners further.
 GRID = 1e-3
 
 
 def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sides of all outlines and holes of polygons, as pairs of ends.
+    """Return the sides of all outlines and holes of polygons.
 
-    The results are their ends, shape (sides, 2) each, and the index of the polygon of each side, in rising
-    order.
+    The results are the start and the end of each side, shape (sides, 2) each, and the index of the polygon of
+    each side, in ascending order.
     """
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
@@ -34,7 +35,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     """Return counter-clockwise polygons without corners on straight sides.
 
-    A corner is straight if it lies within the tolerance of the outline without it.
+    A corner is removed if it lies within the tolerance of the outline without this corner.
     """
     return shapely.orient_polygons(shapely.simplify(polygons, tolerance, preserve_topology=False))
 
@@ -48,7 +49,7 @@ def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
 
 
 def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
-    """Return the polygons with their outlines moved outwards by a distance."""
+    """Return the polygons after moving their outlines outwards by a distance."""
     return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 
@@ -58,10 +59,10 @@ def wide(pieces: np.ndarray, width: float) -> np.ndarray:
 
 
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
-    """Return the overlay of polygons; repeat it on a grid if floating-point arithmetic fails.
+    """Return the result of an operation on polygons, rounded to a grid if the exact operation fails.
 
-    The failure can be silent on nearly coincident sides. It is detected by a difference in area from the
-    overlay on the grid.
+    Floating-point arithmetic can fail silently at nearly coincident sides. Such a failure is detected if the
+    area differs from the area of the result on the grid.
     """
     polygons = tuple(map(valid, polygons))
     safe = operation(*polygons, grid_size=grid)
@@ -87,7 +88,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the pieces of the intersections of pairs of polygons, and the index of each piece's pair.
 
-    The numbers are in ascending order.
+    The indices are in ascending order.
     """
     low1, high1 = np.split(shapely.bounds(one), 2, axis=1)
     low2, high2 = np.split(shapely.bounds(other), 2, axis=1)
@@ -105,8 +106,8 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
     thinner than ``tolerance`` are dropped.
 
     The algorithm of Hertel and Mehlhorn (1983) starts from a constrained Delaunay triangulation. It removes
-    sides, the longest first, if the merged piece is convex. The result has at most four times the least
-    number of pieces.
+    each side whose removal leaves a convex piece, the longest side first. The result has at most four times
+    the least number of pieces.
     """
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     coordinates = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
@@ -118,7 +119,7 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
         first, second = piece_at[a, b], piece_at[b, a]
         if first == second:
             continue
-        # The joined ring runs along the first ring from b to a, then along the second ring between a and b.
+        # The merged ring follows the first ring from b to a, and then the second ring from a back to b.
         whole = _rotated(rings[first], b) + _rotated(rings[second], a)[1:-1]
         if not all(_is_convex(corners, whole, corner) for corner in (a, b)):
             continue
@@ -136,7 +137,7 @@ def _rotated(ring: list[int], corner: int) -> list[int]:
 
 
 def _is_convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
-    """Return True if a ring turns left at a corner or is straight there."""
+    """Return True if a counter-clockwise ring turns left at a corner or goes straight on."""
     at = ring.index(corner)
     before, here, after = corners[[ring[at - 1], corner, ring[(at + 1) % len(ring)]]]
     (x0, y0), (x1, y1) = here - before, after - here

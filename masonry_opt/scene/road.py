@@ -21,9 +21,9 @@ TravelDirection = Literal["right", "left"]
 class AxleSet(NamedTuple):
     """Distances and loads of successive axles, with their source."""
 
-    distances: tuple[float, ...]  #: from each axle to the next one, in m
-    loads: tuple[float, ...]  #: of each axle, in kN
-    source: str  #: the standard that defines the set
+    distances: tuple[float, ...]  #: distance from each axle to the next axle, in m
+    loads: tuple[float, ...]  #: load of each axle, in kN
+    source: str  #: the standard that defines the axle loads
 
 
 _LM1 = "EN 1991-2:2003, 4.3.2, load model 1, tandem system of {}, characteristic, without the uniform load"
@@ -51,8 +51,8 @@ class UniformLoad(Record):
     Parameters
     ----------
     load: Load per unit length of the road, straight down, over the whole width that carries the axles.
-    start, end: Distances of its two ends behind the first axle, negative if ahead of the first axle; in a
-        case file ``from`` and ``to``.
+    start, end: Distances from the first axle back to the two ends of the load, negative for an end ahead of
+        the first axle. In a case file the keys are ``from`` and ``to``.
     """
 
     load: Positive
@@ -67,27 +67,31 @@ class UniformLoad(Record):
 class Axles(Record):
     """Group of axles that moves along a road over a plane scene; see :func:`~masonry_opt.crossing`.
 
-    Raises CaseError if loads are missing or not positive, if distances are not one fewer than loads, if a set
-    is unknown or given together with loads, or if the road does not run from left to right.
+    Raises CaseError in these cases:
+
+    - Loads are missing or not positive.
+    - The number of distances is not one less than the number of loads.
+    - A set is unknown, or is given together with loads.
+    - The road does not run from left to right.
 
     Parameters
     ----------
-    name: Unique among the groups of a scene.
+    name: Name of the group, unique within the scene.
     loads: Load of each axle, straight down, the first axle first.
-    distances: Distance from each axle to the next one behind it: one fewer than loads.
+    distances: Distance from each axle to the next axle behind it: one distance fewer than loads.
     set: In place of loads and distances, the name of a common set, in m and kN: ``SETS`` has the sets with
         their sources.
-    uniform: Uniform loads that move with the axles (:class:`UniformLoad`). A group may have uniform loads
-        alone; its position is then that of a point from which their distances are measured.
-    factor: Factor of all loads, uniform loads too: a dynamic or a partial factor.
+    uniform: Uniform loads that move with the axles (:class:`UniformLoad`). A group without axles may have
+        uniform loads only. Its position is then the point from which the distances of the uniform loads are
+        measured.
+    factor: Factor of all loads, including uniform loads, such as a dynamic factor or a partial factor.
     width: Effective width of the bridge that carries the axles. The scene carries the share ``thickness`` /
         ``width`` of each load (default: all). On roads commonly 1.5 m plus the depth of fill, on railways 0.8
         m plus twice the depth below the sleeper (B. Harvey, "Available width, effective width, and transverse
-        distribution", help.obvis.com, 2024, which names CS 454 and British Railways for them). It is at most
-        the width of the bridge, and less if lanes or tracks lie side by side.
+        distribution", help.obvis.com, 2024, which names CS 454 and British Railways as sources). It is at
+        most the width of the bridge, and less if lanes or tracks lie side by side.
     road: Points of the road's line from left to right. Default: the road of the scene's fills.
-    travels: "right", "left" or "both" (the default). A group that is equal from both ends is moved in one
-        direction only.
+    travels: "right", "left" or "both" (the default). A symmetric group is moved in one direction only.
     """
 
     name: Name
@@ -103,14 +107,16 @@ class Axles(Record):
     def _mistakes(self) -> Iterator[str]:
         if self.set is not None:
             if self.loads or self.distances:
-                yield "give 'set', or 'loads' and 'distances', not both"
+                yield "a group has either a 'set', or 'loads' and 'distances': remove one of the two"
             if self.set not in SETS:
                 yield f"'set' \"{self.set}\" is unknown{instead_of(self.set, SETS)}"
         elif not self.loads and (self.distances or not self.uniform):
-            yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
+            yield "the group has no axle: give 'loads' and 'distances', or the name of a 'set'"
         elif self.loads and len(self.distances) != len(self.loads) - 1:
-            count = f"{len(self.loads)} loads need {len(self.loads) - 1}, has {len(self.distances)}"
-            yield f"'distances' between axles must be one fewer than 'loads': {count}"
+            yield (
+                f"{len(self.loads)} 'loads' need {len(self.loads) - 1} 'distances' between the axles "
+                f"(found {len(self.distances)})"
+            )
 
     @property
     def group(self) -> AxleSet:
@@ -129,7 +135,7 @@ class Axles(Record):
 
     @property
     def directions(self) -> tuple[TravelDirection, ...]:
-        """Return the directions of travel; only one if the group is symmetric."""
+        """Return the directions of travel to compute, which is a single direction for a symmetric group."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
@@ -143,8 +149,7 @@ class Axles(Record):
         if not len(strips):
             return True
         distances = self.group.distances
-        # A group without axles is mirrored about the middle of its uniform loads. Another centre would only
-        # shift the mirrored loads.
+        # A group without axles is mirrored about the middle of its uniform loads.
         twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
         mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
         own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))
@@ -153,7 +158,7 @@ class Axles(Record):
 
 
 def _spread(value: Any) -> float | bool:
-    """Return the angle of load spread in degrees, or False.
+    """Return the angle of load spread in degrees, or False for loads that do not spread.
 
     Raises ValueError for any other value.
     """
@@ -172,11 +177,11 @@ class Backing(Record):
 
     Parameters
     ----------
-    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road. There is no backing beyond
-        its ends, nor where blocks reach above it.
+    line: Upper line of the backing, ``[[x, y], ...]`` from left to right, not above the road. The backing
+        does not extend beyond the ends of the line, and blocks above the line interrupt it.
     unit_weight: Weight per unit area, as in :class:`Fill`.
-    friction_angle, mobilised: Properties of its pressure, if the fill presses, as in :class:`Fill` (default:
-        those of the fill).
+    friction_angle, mobilised: Properties of the earth pressure, as in :class:`Fill` (default: the values of
+        the fill). They are needed only if the fill has ``pressure``.
     """
 
     line: RoadLine
@@ -188,28 +193,29 @@ class Backing(Record):
 class Fill(Record):
     """Earth fill between the blocks of a plane scene and the line of a road above them.
 
-    It lies on the first edges below the road, and against the upright faces between them. Its weight is a
-    dead load on these edges. Loads on the road spread through it. It presses against faces with the force
-    that is most favourable for stability, between its active pressure and a share of its passive pressure.
+    The fill rests on the first edges below the road, and touches the upright faces between them. Its weight
+    is a dead load on these edges. Loads on the road spread through the fill. The pressure on the upright
+    faces is the most favourable for stability between the active pressure and a fraction of the passive
+    pressure.
 
-    Raises CaseError if the road does not run from left to right, if a value is out of range, or if the share
-    of the passive pressure is below the active pressure.
+    Raises CaseError if the road does not run from left to right, if a value is out of range, or if the
+    fraction of the passive pressure is below the active pressure.
 
     Parameters
     ----------
     road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where the road ends.
     unit_weight: Weight per unit area, or per unit volume if the scene has a ``thickness``.
     friction_angle: φ in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
-    mobilised: The share m of the passive pressure that the fill may reach. The horizontal pressure lies
+    mobilised: The fraction m of the passive pressure that the fill may reach. The horizontal pressure lies
         between K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
     weight: True if the fill's weight acts on the blocks.
     spread: Angle to the vertical, in degrees, within which loads on the road spread. False: loads act
         straight down.
-    pressure: True if the fill presses on faces. If False, ``friction_angle`` and ``mobilised`` are not
-        needed.
+    pressure: True if the fill exerts earth pressure on upright faces. If False, ``friction_angle`` and
+        ``mobilised`` are not needed.
     backing: The part of the fill below a line: :class:`Backing`. σ is then the weight of fill and backing
-        above a point. The pressure coefficients are those of the zone in which the face lies. Loads spread in
-        the backing as in the fill.
+        above a point. A face in the backing has the pressure coefficients of the backing. Loads spread at the
+        same angle in fill and backing.
     """
 
     road: RoadLine
@@ -225,10 +231,10 @@ class Fill(Record):
         if self.pressure:
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
-                    yield f"give '{key}', or 'pressure = false' for a fill without earth pressure"
+                    yield f"a fill needs '{key}', or 'pressure = false' if it exerts no earth pressure"
             least, _, most = self.coefficients
             if least > most:
-                yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: raise 'mobilised'"
+                yield f"'mobilised' times K_p is {most:.4g}, below K_a = {least:.4g}: raise 'mobilised'"
         if self.backing:
             backed = self.zones[1]
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
@@ -237,9 +243,12 @@ class Fill(Record):
             x = np.unique([*line[:, 0], *road[:, 0]])
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
-                yield "'backing': its 'line' lies outside the 'road': give both in the same coordinates"
+                yield (
+                    "'backing': the x coordinates of its 'line' lie outside the range of the 'road': "
+                    "give both lines in the same coordinates"
+                )
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
-                yield "'backing': its 'line' rises above the 'road': end or lower the line there"
+                yield "'backing': its 'line' rises above the 'road': lower the line, or end it below the road"
 
     @property
     def zones(self) -> "tuple[Fill, ...]":
@@ -247,12 +256,12 @@ class Fill(Record):
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # The copy for the backing is not validated here. The backing itself is validated, so errors name it.
+        # This copy is not validated here: `_mistakes` checks it, so that error messages name the backing.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property
     def coefficients(self) -> tuple[float, float, float]:
-        """Return the pressure coefficients K_a, K_0 = 1 - sin φ (Jaky) and m K_p of a fill."""
+        """Return the coefficients K_a, K_0 = 1 - sin φ (Jaky) and m K_p of the earth pressure of a fill."""
         assert self.friction_angle is not None
         assert self.mobilised is not None
         active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2

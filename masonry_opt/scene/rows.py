@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-#: Largest number of combinations in one chunk. A larger value needs more memory.
+#: Largest number of combinations that are computed at once. A larger value needs more memory.
 _CHUNK_SIZE = 2_000_000
 
 
@@ -46,14 +46,18 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of all rows with the same owner, shape (count, k), for values of shape (rows, k)."""
+    """Return the sum of the rows of each owner, shape (count, k).
+
+    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, less than ``count``.
+    """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and largest values of all rows with the same owner, shape (count, k) each.
+    """Return the smallest and largest values among the rows of each owner, shape (count, k) each.
 
-    Owners are in ascending order, and each owner has at least one row.
+    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, in ascending order. Each
+    owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
@@ -66,9 +70,10 @@ def first_alike(rows: np.ndarray) -> np.ndarray:
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the index of the connected component of each of ``count`` rows, shape (count,).
+    """Return the connected component of each node of a graph as an index, shape (count,).
 
-    The pairs ``one`` and ``other`` link rows.
+    The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
+    ``other``.
     """
     links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     return connected_components(links, directed=False)[1]
@@ -84,27 +89,31 @@ def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) ->
     one, other : ndarray
         Pairs of faces that share an edge.
     alike : ndarray
-        True if both faces of a pair run along the edge in the same direction, which none shall.
+        True if both faces of a pair traverse their shared edge in the same direction. Faces of equal
+        orientation traverse it in opposite directions.
 
     Returns
     -------
     turn, contradictory : ndarray, shape (count,)
         Masks of the faces to turn, and of the faces for which no choice is consistent.
     """
-    # The graph has two nodes for each face: as given and reversed. An edge joins two nodes that have
-    # consistent orientations.
+    # The graph has two nodes for each face: the face as given, and the reversed face. Its edges connect nodes
+    # whose orientations are consistent.
     together = np.where(alike, other + count, other), np.where(alike, other, other + count)
     group = linked(2 * count, np.append(one, one + count), np.append(*together))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Return several ranges of integers, concatenated, each from its first number upwards."""
+    """Return the concatenation of several ranges of integers, given by first integers and lengths."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """Return the successor of each index in rings of given sizes, with indices counted over all rings."""
+    """Return the index that follows each index in its ring.
+
+    The rings have the sizes ``count``. Their indices are numbered consecutively over all rings.
+    """
     ends = np.cumsum(count)
     after = np.arange(1, count.sum() + 1)
     after[ends[count > 0] - 1] = (ends - count)[count > 0]
@@ -112,7 +121,7 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the pairs of each index of a ring and its successor."""
+    """Return the pairs of successive entries of a ring, including the pair of last and first entry."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
@@ -121,8 +130,8 @@ def combine(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return all pairs of integers from corresponding ranges of two lists.
 
-    The results are the number of the range, the number from the first range and that from the second range,
-    which varies fastest.
+    The results are, for each pair, the position of the two ranges in the lists, the integer from the first
+    range, and the integer from the second range. The integer from the second range varies fastest.
     """
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)
@@ -131,7 +140,7 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of consecutive sizes, such that the combinations of each slice fit into memory."""
+    """Yield slices of ``sizes`` that are short enough for the combinations of a slice to fit into memory."""
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 
@@ -139,10 +148,9 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """Return the parts of an interval that gaps leave free.
+    """Return the parts of the interval from ``start`` to ``end`` that no gap covers.
 
-    The length is from ``start`` to ``end``. Gaps can be in any order. Pieces that are not longer than
-    ``least`` are left out.
+    The gaps can be in any order. Parts that are not longer than ``least`` are left out.
     """
     pieces = []
     position = start

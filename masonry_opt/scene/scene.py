@@ -15,13 +15,13 @@ from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
-#: Largest number of blocks that a notebook draws. A notebook stores its pictures, and larger drawings would
-#: make its file large.
+#: Largest number of blocks for which a notebook displays a drawing. Notebooks store their pictures, so more
+#: blocks would make the files of notebooks large.
 _MOST_DRAWN_BLOCKS = 2000
 
 
 class Scene(SceneKeys):
-    """Rigid blocks with loads and joint properties; the joints are found from the geometry.
+    """Rigid blocks with loads and joint properties. The joints are computed from the geometry.
 
     ``scene["A"]`` is the block with that name.
 
@@ -29,8 +29,8 @@ class Scene(SceneKeys):
 
     - Names repeat, no block is fixed or none can move.
     - An exception or a load names a block that does not exist, or a load acts on a fixed block.
-    - A tilted scene has loads that do not tilt, or a scene with an earthquake has live loads.
-    - A load case names a group that no load has.
+    - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
+    - A load case names a group to which no load belongs.
     - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
       ``dilatancy_stress``), or a scene in the plane has keys of space.
     - Fills lie above each other, or gravity is not straight down in a scene with fills.
@@ -40,32 +40,32 @@ class Scene(SceneKeys):
     blocks: At least one fixed and one movable :class:`Block`, with unique names. A scene in space has
         :class:`Solid` records instead.
     joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
-    exceptions: Records for the joints that differ (:class:`Joint`).
+    exceptions: Records for joints with other properties (:class:`Joint`).
     gravity: Direction in which weights act; its length has no effect. The default is straight down: -y, in
         space -z.
     tolerance: Length below which gaps and overlaps between blocks are ignored (default: 1e-6 of the diagonal
         round the movable blocks). Raise it if coordinates are rounded.
     contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, for blocks that
         are drawn apart or into one another (default: the tolerance). The joint of two facing edges is their
-        projection onto each other, in the middle of the gap. In contrast to a large ``tolerance``, small
-        details and corners remain as drawn.
+        projection onto each other, in the middle of the gap. In contrast to a large ``tolerance``, it does
+        not change small details and corners of the drawing.
     thickness: Thickness out of the plane (solids have their own). It multiplies all quantities per unit
         length or area of the plane: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge loads, which are
         then per unit area or volume. The forces ``weight``, ``live`` and ``dead`` are not multiplied.
     tilt: "left" or "right": the side to which the ground is tilted until the scene collapses. The live load
-        is the weight of every block, turned a quarter from gravity to that side, and the load factor is the
-        tangent of the tilt. A tilted scene may have only weights and friction. In space a direction ``[x, y,
-        z]``, of which the part perpendicular to gravity counts.
+        is the weight of every block, rotated by 90° from gravity to that side, and the load factor is the
+        tangent of the tilt angle. A tilted scene may have only weights and friction. In space a direction
+        ``[x, y, z]``, of which only the component perpendicular to gravity is used.
     edge_loads: Loads along edges (:class:`EdgeLoad`).
-    loads: Forces on single blocks by name (:class:`Load`), in addition to those of the blocks.
-    axles: Groups of axles that move along a road (:class:`Axles`), used by :func:`~masonry_opt.crossing`
-        alone; in the plane.
+    loads: Forces on single blocks by name (:class:`Load`), in addition to the forces in the blocks' own keys.
+    axles: Groups of axles that move along a road (:class:`Axles`), in the plane. Only
+        :func:`~masonry_opt.crossing` uses them.
     fills: Earth between blocks and a road (:class:`Fill`); in the plane, with gravity straight down.
     ties, props: :class:`Tie` and :class:`Prop` records.
     load_cases: Load cases (:class:`LoadCase`): :func:`solve` solves one of them by its name,
-        :func:`solve_cases` all.
+        :func:`solve_cases` solves all.
     earthquake: The live load of a scene without load cases: :class:`Earthquake`.
-    title, source: Title of the scene, and the source that it is taken from.
+    title, source: Title of the scene, and the source from which the scene is taken.
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
     """
 
@@ -94,7 +94,7 @@ class Scene(SceneKeys):
         return by_name[name]
 
     def __repr__(self) -> str:
-        """Return a text of two lines: the name of the scene, and the number of records of each kind."""
+        """Return two lines of text: the name of the scene, and the number of records of each kind."""
         lists = {name: value for name, value in vars(self).items() if isinstance(value, list) and value}
         facts = [
             counted(len(records), name.removesuffix("s").replace("_", " ")) for name, records in lists.items()
@@ -137,7 +137,7 @@ class Scene(SceneKeys):
         blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
         record of the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises CaseError if a key is unknown or ambiguous, or if a call with these values would.
+        Raises CaseError if a key is unknown or ambiguous, or if a value is not valid.
         """
         scene = super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
         return scene if self.settled is None else scene.settled_as(self.settled)
@@ -156,7 +156,7 @@ class Scene(SceneKeys):
         raise OptionError(f"{self.origin}: no load case {name!r}{near}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
-        """Return the scene in a given load case, whose groups and directions must fit the scene."""
+        """Return the scene in a given load case. The load case is not checked for unknown groups."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
@@ -167,9 +167,9 @@ class Scene(SceneKeys):
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
-        """Raise OptionError if the scene has load cases and none of them is selected.
+        """Raise OptionError if the scene has load cases but none is selected.
 
-        It is then not known which loads act.
+        Without a selected load case, the acting loads are unknown.
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
@@ -180,12 +180,12 @@ class Scene(SceneKeys):
 
     @property
     def load_case(self) -> LoadCase | None:
-        """Return the selected load case; None if loads act without factors."""
+        """Return the selected load case, or None if no load case is selected."""
         return self._load_case
 
     @property
     def settled(self) -> Any:
-        """Return the state after the settlement of supports; None if no support has settled."""
+        """Return the state of the scene after a settlement of supports, or None without a settlement."""
         return self._settled
 
     def settled_as(self, state: Any) -> Self:
@@ -196,7 +196,7 @@ class Scene(SceneKeys):
 
     @property
     def shaken_by(self) -> Earthquake | None:
-        """Return the acting earthquake, which is then the only live load."""
+        """Return the earthquake that is the only live load, or None if the live load is not an earthquake."""
         return self.earthquake if self._load_case is None else self._load_case.earthquake
 
     def shaken(self, quake: Earthquake) -> Self:
@@ -217,10 +217,10 @@ class Scene(SceneKeys):
         return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
-        """Return the factor of a load group that acts as dead or as live load.
+        """Return the factor of a load group within the dead load or within the live load.
 
-        ``kind`` is the kind as which they act. ``given`` is the kind as which the scene gives them: "weight",
-        "fill", "dead" or "live".
+        ``kind`` selects the dead or the live load. ``given`` is the kind of load in the scene: "weight",
+        "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
         """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
@@ -252,9 +252,9 @@ class Scene(SceneKeys):
 
     @property
     def shaking(self) -> np.ndarray | None:
-        """Return the push of the earthquake per unit of weight, shape (2,) or (3,).
+        """Return the force of the earthquake per unit weight, shape (2,) or (3,).
 
-        None if there is no earthquake.
+        The result is None if there is no earthquake.
         """
         quake = self.shaken_by
         if quake is None:
@@ -288,7 +288,7 @@ class Scene(SceneKeys):
     def origin(self) -> str:
         """Return the path of the scene's case file, or ``"scene"``.
 
-        Error messages begin with it.
+        Error messages begin with this text.
         """
         return self._origin
 
@@ -296,16 +296,16 @@ class Scene(SceneKeys):
     def called(self) -> str:
         """Return the name of the scene in results: its case file, else its title, else ``"scene"``.
 
-        The movements of settled supports follow the name.
+        If supports have settled, their movements are added to the name.
         """
         name = self._origin if self._origin != "scene" else self.title or "scene"
         return name if self.settled is None else f"{name}, settled: {self.settled}"
 
     @property
     def case(self) -> SceneKeys | None:
-        """Return the content of the case file as read, with unexpanded generators.
+        """Return the original content of the case file, in which generators are not expanded.
 
-        None if the scene was made in Python.
+        The result is None if the scene was made in Python.
         """
         return self._case
 
@@ -316,7 +316,7 @@ class Scene(SceneKeys):
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the scenes have equal keys and load cases; their files do not matter."""
+        """Return True if the scenes have equal keys, load cases and settlements, from any files."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
         same = same and self.settled is other.settled  # type: ignore[attr-defined]
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

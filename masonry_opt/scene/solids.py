@@ -10,9 +10,10 @@ from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Num
 
 
 def _list_of(count: int, entries: str) -> BeforeValidator:
-    """Return a validator of lists with ``count`` entries; its error message is ``needs {entries}``.
+    """Return a validator that accepts only lists of ``count`` entries.
 
-    Pydantic's own error would be worded for vectors in the plane.
+    Its error message is ``needs {entries}``, because the default message for short lists describes vectors in
+    the plane.
     """
 
     def checked(value: Any) -> Any:
@@ -23,8 +24,8 @@ def _list_of(count: int, entries: str) -> BeforeValidator:
     return BeforeValidator(checked)
 
 
-#: Discriminator between one record and a list of records, each marked with its ``Tag``. Errors then refer
-#: only to the selected type.
+#: Discriminator of a pydantic union of a single value and a list of values. It selects one of the two types,
+#: so that errors refer to this type only.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: A vector with two components in plane scenes and three components in space.
@@ -32,12 +33,12 @@ PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-#: Text of error messages for the coordinates of a point, by dimension.
+#: Description of the coordinates of a point in error messages, by dimension.
 COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
-    """Return a value as a point or direction, shape (dimension,), or None if this is impossible."""
+    """Return a value as a vector, shape (dimension,), or None if it is no vector of finite numbers."""
     try:
         vector = np.array(given, dtype=float)
     except (TypeError, ValueError):
@@ -50,14 +51,14 @@ Box = Annotated[
     tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
 ]
 Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
-#: Corners of a solid; fewer than four enclose no volume.
+#: Corners of a solid: at least four, because fewer corners enclose no volume.
 Corners = Annotated[list[Vector], Field(min_length=4)]
-#: Faces of a solid; fewer than four enclose no volume.
+#: Faces of a solid: at least four, because fewer faces enclose no volume.
 FaceLists = Annotated[list[Face], Field(min_length=4)]
 #: Keys of a block whose values are vectors.
 _VECTOR_KEYS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
-#: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners are
-#: counter-clockwise seen from above: four bottom corners, then four top corners.
+#: Corner indices of the faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back,
+#: left. Corners 0 to 3 are at the bottom and 4 to 7 at the top, counter-clockwise seen from above.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
 
@@ -69,9 +70,9 @@ class Polyhedron(NamedTuple):
 
 
 class Part(Record):
-    """Convex part of a solid that has several parts.
+    """One convex part of a solid with several parts.
 
-    It is given by ``vertices`` and ``faces`` or by a ``box``, as in :class:`Solid`. Raises CaseError if the
+    It is given by ``vertices`` and ``faces``, or by a ``box``, as in :class:`Solid`. Raises CaseError if the
     shape is missing, given twice or not valid.
     """
 
@@ -81,7 +82,7 @@ class Part(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.box is None):
-            yield f"give {SHAPES}"
+            yield f"a part needs exactly one shape: {SHAPES}"
         yield from _wrong_faces(self)
 
 
@@ -90,26 +91,31 @@ class Solid(Body):
 
     Lengths and forces are in any consistent units.
 
-    Raises CaseError if a key is unknown, a value is not a finite number, shape or weight are missing or given
-    twice, or a face names a corner twice or one that does not exist.
+    Raises CaseError in these cases:
+
+    - A key is unknown.
+    - A value is not a finite number.
+    - The shape or the weight is missing or given twice.
+    - A face names a corner twice, or names a corner that does not exist.
 
     Parameters
     ----------
-    name: Unique within the scene.
+    name: Name of the block, unique within the scene.
     vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of their indices, from 0, in order round
         each face: all counter-clockwise seen from outside, or all clockwise. Faces in mixed directions are
         turned, with a warning.
     box: In place of vertices and faces, intervals ``[[x0, x1], [y0, y1], [z0, z1]]``.
     parts: In place of one shape, several convex :class:`Part` records that are one rigid block.
-    weight: Dead weight, acting along the scene's gravity.
+    weight: Weight of the block, a dead load along the scene's gravity.
     unit_weight: Weight per unit volume, in place of ``weight``.
-    weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy, fz]``, scaled by the load factor, and the point where it acts
+    weight_at: Point of application of the weight (default: the centroid).
+    live, live_at: Live force ``[fx, fy, fz]``, which the load factor multiplies, and its point of application
         (default: the centroid).
-    live_per_weight: Further live force ``[fx, fy, fz]`` as a multiple of the weight, acting where the weight
-        acts.
-    live_moment: Live moment ``[mx, my, mz]`` in addition to those of the forces, right-handed about the axes.
-    dead, dead_at, dead_moment: Further dead force, the point where it acts (default: the centroid), and a
+    live_per_weight: Further live force ``[fx, fy, fz]`` as a multiple of the weight, applied at the same
+        point as the weight.
+    live_moment: Live moment ``[mx, my, mz]`` in addition to the moments of the forces, right-handed about the
+        axes.
+    dead, dead_at, dead_moment: Further dead force, its point of application (default: the centroid), and a
         further dead moment.
     fixed: True for a support, which does not move and needs no weight.
     """
@@ -137,13 +143,13 @@ class Solid(Body):
     def _mistakes(self) -> Iterator[str]:
         given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
         if len(given) != 1:
-            yield f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
+            yield f"a solid needs exactly one shape: {SHAPES}, or 'parts' for several convex shapes"
         yield from _wrong_faces(self)
         yield from super()._mistakes()
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
-        """Return the convex parts of the solid, one if it is a box or has its own corners and faces."""
+        """Return the convex parts of the solid. A solid without ``parts`` is a single polyhedron."""
         shapes: Sequence[Part | Solid] = self.parts or [self]
         return [_polyhedron(shape) for shape in shapes]
 
@@ -159,13 +165,13 @@ def _is_solid(value: Any) -> bool:
     if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
         return True
     shape = value.get("vertices", value.get("parts"))
-    if shape is None:  # report the missing shape for the type of block that the vectors fit
+    if shape is None:  # without a shape, the length of the vectors selects the type that the error describes
         return any(_numbers(value.get(key)) == 3 for key in _VECTOR_KEYS)
     return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
 
 
 def _numbers(value: Any) -> int:
-    """Return the length of the first list of numbers within nested lists."""
+    """Return the length of the innermost list at the first place of nested lists."""
     entries = _entries(value)
     for _ in range(2):
         nested = _entries(entries[0]) if entries else ()
@@ -178,7 +184,8 @@ def _entries(value: Any) -> Sequence[Any]:
     return value if isinstance(value, list | tuple) else ()
 
 
-#: Block in the plane or in space. Its keys select the type, so error messages name only keys of this type.
+#: Block in the plane or in space. Its keys select one of the two types, so that error messages name only keys
+#: of this type.
 AnyBlock = Annotated[
     Annotated[Block, Tag("<block>")] | Annotated[Solid, Tag("<solid>")],
     Discriminator(lambda value: "<solid>" if _is_solid(value) else "<block>"),
@@ -190,8 +197,8 @@ def box(
 ) -> Solid:
     """Return a rectangular block with faces perpendicular to the axes, from an interval on each axis.
 
-    ``keys`` are the other parameters of :class:`Solid`: weight, loads, ``fixed``. Raises CaseError if a value
-    is wrong.
+    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``. Raises CaseError
+    if a value is not valid.
     """
     return Solid(name=name, box=(x, y, z), **keys)
 
@@ -199,7 +206,8 @@ def box(
 def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> dict[str, Any]:
     """Return the keys ``vertices`` and ``faces`` of the prism between two polygons.
 
-    The corners of both polygons are in one order, counter-clockwise for the front seen from outside.
+    Corresponding corners of the two polygons have equal indices. The corners of the front polygon are
+    counter-clockwise, seen from outside.
     """
     count = len(front)
     sides = []
@@ -213,7 +221,7 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """Yield an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
-        yield "'vertices' of a solid need 'faces', lists of corner numbers round each face (or give a 'box')"
+        yield "a solid with 'vertices' needs 'faces', the corner numbers round each face (or give a 'box')"
     if shape.faces is not None and shape.vertices is None:
         yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
@@ -223,9 +231,12 @@ def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     for number, face in enumerate(shape.faces or (), start=1):
         beyond = [index for index in face if index >= count]
         if beyond:
-            yield f"face no. {number} names corner {beyond[0]}; 'vertices' are numbered 0 to {count - 1}"
+            yield (
+                f"face no. {number} names corner {beyond[0]}, "
+                f"but the 'vertices' are numbered from 0 to {count - 1}"
+            )
         if len(set(face)) < len(face):
-            yield f"face no. {number} names a corner twice: 'faces' must list each corner once, in order"
+            yield f"face no. {number} in 'faces' names a corner twice: list each corner once, in order"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:

@@ -16,16 +16,15 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
 
-#: Largest size of a case file, in bytes: about 90,000 blocks, more than can be solved. Larger walls can be
-#: generated, see ``[wall]``. Reading takes about 80 times the size in memory, and up to 400 times for
-#: malicious files.
+#: Largest size of a case file, in bytes. A file of this size has about 90,000 blocks, more than can be
+#: solved. Reading a file needs about 80 times its size in memory, and up to 400 times for a malicious file.
 LARGEST_FILE = 10_000_000
 
-#: Largest number of entries in one list of tables. Each wrong entry costs memory and time for its message.
+#: Largest number of entries in one list of tables. Each invalid entry needs memory and time for its message.
 _MOST_ENTRIES = 200_000
 
-#: Largest number of parts of a dotted key. Case files need three parts; the memory to parse a key grows with
-#: the square of this number.
+#: Largest number of parts of a dotted key. Case files need three parts. The memory for parsing a key grows
+#: with the square of its number of parts.
 _MOST_KEY_PARTS = 9
 
 #: Regular expression for one part of a dotted key.
@@ -36,10 +35,10 @@ _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_KEY_PARTS}}
 
 
 def as_path(path: str | Path, of: str, *ends: str) -> Path:
-    """Return the path of a file.
+    """Return a text or path as a path.
 
-    ``of`` is the name of the file in errors. Raises CaseError if the path is not a path, or has none of the
-    endings ``ends``.
+    ``of`` describes the file in error messages. Raises CaseError if ``path`` is neither a text nor a path, or
+    if it does not have one of the endings ``ends``.
     """
     try:
         path = Path(path)
@@ -48,7 +47,7 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
             f"the path of {of} must be text or a pathlib.Path (found {type(path).__name__})"
         ) from None
     if ends and path.suffix.lower() not in ends:
-        raise CaseError(f"{path}: the name of {of} ends in {', '.join(ends)}")
+        raise CaseError(f"{path}: the name of {of} must end in {' or '.join(ends)}")
     return path
 
 
@@ -59,12 +58,14 @@ def read_tables(path: Path) -> dict[str, Any]:
     """
     case = parse_file(path)
     if not isinstance(case, dict):
-        raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
+        raise CaseError(f"{path}: the file must contain a single JSON object with the keys of a case file")
     case.pop(JSON_KEY, None)
     for key, value in case.items():
         if isinstance(value, list) and len(value) > _MOST_ENTRIES:
-            most = f"the most is {_MOST_ENTRIES}: split the scene"
-            raise CaseError(f"{path}: '{key[:60]}' has {len(value)} entries; {most}")
+            raise CaseError(
+                f"{path}: '{key[:60]}' has {len(value)} entries, "
+                f"but at most {_MOST_ENTRIES} are allowed: split the scene"
+            )
     return case
 
 
@@ -73,16 +74,16 @@ def parse_file(path: Path) -> Any:
 
     Raises CaseError as :func:`read_tables` does.
     """
-    remedy = "split the scene, or generate its blocks with [wall]"
-    data = read_bytes(path, LARGEST_FILE, f", more than a scene that can be solved needs: {remedy}")
+    remedy = "split the scene into smaller scenes, or generate its blocks with [wall]"
+    data = read_bytes(path, LARGEST_FILE, remedy)
     if path.suffix.lower() not in _PARSERS:
-        raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+        raise CaseError(f"{path}: the name of a case file must end in .toml or .json")
     try:
         return _PARSERS[path.suffix.lower()](data.decode("utf-8-sig"))
     except UnicodeDecodeError:
-        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+        raise CaseError(f"{path}: the file is not UTF-8 text: save it in the encoding UTF-8") from None
     except RecursionError:
-        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
+        raise CaseError(f"{path}: the lists or tables are nested too deeply for a case file") from None
     except ValueError as error:
         # Python refuses to convert integers with thousands of digits.
         why = str(error)
@@ -90,30 +91,31 @@ def parse_file(path: Path) -> Any:
             why = "a whole number has thousands of digits"
         if len(why) > 300:
             why = why[:297] + "..."
-        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {why}") from None
+        raise CaseError(f"{path}: the file is not valid {path.suffix[1:].upper()}: {why}") from None
 
 
 def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     """Return the content of a file.
 
-    Raises CaseError if the file does not exist, is not a regular file or is larger than ``largest`` bytes.
+    Raises CaseError if the file does not exist, is not a regular file, or is larger than ``largest`` bytes.
+    The error for a large file ends with ``remedy``.
     """
     data = b""
     try:
         mode = path.stat().st_mode
-        if stat.S_ISREG(mode):  # only regular files: reading a pipe or a device might never end
+        if stat.S_ISREG(mode):  # read only regular files: reading a pipe or a device might never end
             with path.open("rb") as stream:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:  # ValueError: no file can have this path
+    except (OSError, ValueError) as error:  # ValueError: the path has a character that no path can have
         raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
-        raise CaseError(f"{path}: is a folder, not a case file")
+        raise CaseError(f"{path}: this is a folder: give the path of a file")
     if not stat.S_ISREG(mode):
-        raise CaseError(f"{path}: is a pipe or device: write the case to a file")
+        raise CaseError(f"{path}: this is a pipe or device: give the path of a regular file")
     if len(data) > largest:
-        raise CaseError(f"{path}: is larger than {largest // 1_000_000} MB{remedy}")
+        raise CaseError(f"{path}: the file is larger than {largest // 1_000_000} MB: {remedy}")
     return data
 
 
@@ -129,9 +131,9 @@ def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) ->
 
 
 def library(name: str, hint: str) -> Any:
-    """Import a library of an optional extra.
+    """Import and return a library that is an optional dependency.
 
-    Raises OptionError with the hint if the library is not installed.
+    Raises OptionError with the text ``hint`` if the library is not installed.
     """
     try:
         return importlib.import_module(name)
@@ -141,7 +143,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Replace any exception of a library on a broken file by an error of one line."""
+    """Convert any exception that a library raises for a broken file to an error of one line."""
     try:
         yield
     except MemoryError:
@@ -151,7 +153,7 @@ def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
 
 
 def _toml(text: str) -> Any:
-    """Return the tables of a TOML text.
+    """Return the content of a TOML text as a dictionary.
 
     Raises ValueError if a key has too many parts.
     """
@@ -165,7 +167,7 @@ def _toml(text: str) -> Any:
 def _number(text: str) -> float:
     """Convert a text to a number.
 
-    Raises ValueError if the number exceeds double precision.
+    Raises ValueError if the number is too large for double precision.
     """
     value = float(text)
     if math.isinf(value) and "inf" not in text:
@@ -174,7 +176,7 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object.
+    """Return a JSON object, given as pairs of keys and values, as a dictionary.
 
     Raises ValueError if a key is given twice, because the parser would silently use the last one.
     """

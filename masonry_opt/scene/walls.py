@@ -15,26 +15,28 @@ Course = Annotated[
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
 ]
 
-#: Block of a course: its left end, its right end, in block lengths, and its weight. The weight is None if it
+#: Block of a course: its left and right ends in block lengths, and its weight. The weight is None if it
 #: follows from the area.
 _CoursePiece = tuple[float, float, float | None]
 
 
 class Wall(WeighedGenerator):
-    """Wall of courses, listed from the bottom, from x = 0 on a fixed base whose top is y = 0.
+    """Wall of courses on a fixed base, from x = 0 to the right and from y = 0 upwards.
+
+    The courses are listed from the bottom.
 
     Raises CaseError if a course has no block or an unknown name, or if the weight is missing or given twice.
 
     Parameters
     ----------
     block: Length and height of a full block.
-    weight: Weight of a full block; that of shorter blocks is proportional to their length.
+    weight: Weight of a full block. The weights of shorter blocks are proportional to their lengths.
     unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
         ``thickness``.
     courses: Courses, each a list of lengths in full blocks, or the name of a list in ``course``. Negative
         lengths are gaps.
-    course: Named courses, which make a bond easy to read.
-    repeat: Number of times that the list of courses is built, one above the other.
+    course: Courses by name, which make the bond of a wall easy to read.
+    repeat: Number of times that the whole list of courses is built.
     base: True for a fixed base under the bottom course, one block longer at either end.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
@@ -53,10 +55,10 @@ class Wall(WeighedGenerator):
                 yield from _wrong_lengths(f"course no. {number}", entry)
             elif entry not in self.course:
                 known = ", ".join(self.course) or "none"
-                yield f"course no. {number}: no course is named '{entry}' (named: {known})"
+                yield f"course no. {number}: no course is named '{entry}' (existing names: {known})"
         for name, lengths in self.course.items():
             if name not in self.courses:
-                yield f"course '{name}' is never used in 'courses'"
+                yield f"course '{name}' is not used in 'courses': use the course or remove it"
             yield from _wrong_lengths(f"course '{name}'", lengths)
 
     @property
@@ -68,7 +70,7 @@ class Wall(WeighedGenerator):
         return self.course.get(entry, []) if isinstance(entry, str) else entry
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the blocks, course by course from the left, named ``course-block``, the base last.
+        """Return the blocks of all courses, named ``course-block``, and then the base.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
         """
@@ -84,11 +86,11 @@ class Wall(WeighedGenerator):
 
 
 class Facade(WeighedGenerator):
-    """Façade in running bond with x × y equal openings, each with a lintel, on a fixed base.
+    """Façade in running bond on a fixed base, with a grid of equal openings under lintels.
 
-    The top of the base is y = 0.
+    The top of the base is at y = 0.
 
-    Courses alternate between unshifted and shifted ones, the lowest unshifted. Where a block of a shifted
+    Every second course is shifted by half a block; the lowest course is not shifted. If a block of a shifted
     course would cross the edge of an opening, its inner half is left out. A storey has an even number of
     courses: ``sill``, the height of ``opening``, the lintel, which lies in a shifted course, and
     ``spandrel``.
@@ -98,15 +100,17 @@ class Facade(WeighedGenerator):
 
     Parameters
     ----------
-    openings: Numbers of openings across and upwards.
+    openings: Number of openings in a storey, and number of storeys.
     block: Length and height of a full block.
     jamb: Width, in blocks, of the masonry on either side of an opening; piers between two openings are twice
         as wide.
-    opening: Width in blocks and height in courses of an opening.
+    opening: Width of an opening in blocks, and its height in courses.
     sill, spandrel: Courses below an opening, and above its lintel, within its storey.
-    doors: Openings of the lowest storey that reach the ground, 1 the leftmost; without a ``sill`` all do.
-    weight: Weight of a full block; that of shorter blocks is proportional to their length.
-    lintel_weight: Weight of a lintel, which bears half a block on either side; goes with ``weight``.
+    doors: Openings of the lowest storey that reach the ground, numbered from 1 at the left. Without a
+        ``sill``, all openings of the lowest storey do.
+    weight: Weight of a full block. The weights of shorter blocks are proportional to their lengths.
+    lintel_weight: Weight of a lintel, which rests on half a block at either side. It is required with
+        ``weight``.
     unit_weight: In place of both weights: weight per unit area, or per unit volume if the scene has a
         ``thickness``.
     omit_top_left: True to leave out the leftmost block of the top course, as in the paper's façades.
@@ -135,12 +139,12 @@ class Facade(WeighedGenerator):
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
-            yield "'sill', the height of 'opening', a lintel and 'spandrel' must add up to an even number"
+            yield "'sill', the height of 'opening', 1 (the lintel) and 'spandrel' must have an even sum"
         for door in self.doors:
             if door > self.openings[0]:
-                yield f"'doors' names opening {door}; a storey has {self.openings[0]}, numbered from 1"
+                yield f"'doors' names opening {door}, but a storey has openings 1 to {self.openings[0]} only"
         if len(set(self.doors)) < len(self.doors):
-            yield "'doors' has an opening twice"
+            yield "'doors' names an opening twice: remove one of the two entries"
         if self.doors and not self.sill:
             yield "'doors' need a 'sill': without a sill, every opening of the lowest storey is a door"
 
@@ -160,7 +164,7 @@ class Facade(WeighedGenerator):
         return self.openings[0] * (self.opening[0] + 2 * self.jamb)
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the blocks, course by course from the left, named ``course-block``, the base last.
+        """Return the blocks of all courses, named ``course-block``, and then the base.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
         """
@@ -199,16 +203,16 @@ class Facade(WeighedGenerator):
 class Column(WeighedGenerator):
     """Column, pier or buttress: drums of equal height from y = 0 upwards, on a fixed base.
 
-    Raises CaseError if the weight is missing or given twice, or if one side is to slope and the widths are
-    equal.
+    Raises CaseError if the weight is missing or given twice, or if ``batter`` names one side although both
+    widths are equal.
 
     Parameters
     ----------
-    width: Of the column, or ``[bottom, top]``.
-    height: Of the column.
-    drums: How many.
-    batter: Side that slopes if the widths differ: "both" alike, or "left" or "right" alone, with the other
-        side upright. A buttress leans with its upright side.
+    width: Width of the column, or its widths ``[bottom, top]``.
+    height: Height of the column.
+    drums: Number of drums.
+    batter: Side that slopes if the widths differ: "both", or only "left" or "right" with an upright opposite
+        side. A buttress leans against a wall with its upright side.
     weight: Weight of the column; the weights of drums are proportional to their areas.
     unit_weight: In place of ``weight``: weight per unit area, or per unit volume if the scene has a
         ``thickness``.
@@ -228,7 +232,10 @@ class Column(WeighedGenerator):
         yield from super()._mistakes()
         bottom, top = both(self.width)
         if self.batter != "both" and bottom == top:
-            yield f"'batter' makes the {self.batter} side slope: give 'width' as [bottom, top]"
+            yield (
+                f"'batter' makes the {self.batter} side slope, which needs two different widths: "
+                "give 'width' as [bottom, top]"
+            )
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
@@ -239,7 +246,7 @@ class Column(WeighedGenerator):
         area = (bottom + top) / 2 * self.height
         # Share of the batter on the left side.
         left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
-        levels = []  # left end, right end and height of each bed joint of the wall
+        levels = []  # left end, right end and height of each bed joint of the column
         for up in (joint / self.drums for joint in range(self.drums + 1)):
             narrower = (bottom - top) * up
             levels.append((left * narrower, bottom - (1 - left) * narrower, self.height * up))
@@ -282,4 +289,4 @@ def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
     if any(length == 0 for length in lengths):
         yield f"{course}: a length is 0: give a positive length for a block, or a negative one for a gap"
     if all(length < 0 for length in lengths):
-        yield f"{course}: has gaps only, no block"
+        yield f"{course}: the course has gaps only: give at least one positive length"

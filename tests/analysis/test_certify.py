@@ -274,7 +274,7 @@ def test_laws_and_load_cases_of_another_name_are_refused():
         mo.certify(block_on_floor(), 0.5, Q, D, crushing=None)
     with pytest.raises(mo.CaseError, match="live load"):
         mo.certify(block_on_floor(live=(0.0, 0.0)), 0.5, Q, D)
-    with pytest.raises(mo.CaseError, match="a scene is a Scene"):
+    with pytest.raises(mo.CaseError, match="a scene must be a Scene"):
         mo.certify(7, 0.5, Q, D)
 
 

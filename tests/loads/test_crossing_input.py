@@ -66,7 +66,7 @@ def test_load_cases(tmp_path):
             mo.crossing(in_cases(), axles(3.0), method="static", load_case=name)
     with pytest.raises(mo.CaseError, match="'axles', which are a moving live load"):
         mo.LoadCase(name="a", dead={"axles": 1.0}, live={"live": 1.0})
-    with pytest.raises(mo.CaseError, match="axles act downwards"):
+    with pytest.raises(mo.CaseError, match="axle loads act downwards"):
         mo.LoadCase(name="a", live={"axles": -1.0})
 
 

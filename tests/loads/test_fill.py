@@ -157,9 +157,9 @@ def test_what_goes_with_no_fill():
         scene([LOW], flat, gravity=(0.1, -1.0))
     with pytest.raises(mo.CaseError, match="'fill' does not tilt"):
         scene([LOW], flat, tilt="right")
-    with pytest.raises(mo.CaseError, match="'fill' is for scenes in the plane"):
+    with pytest.raises(mo.CaseError, match="'fill' is only for scenes in the plane"):
         box_on_floor().replace(fills=flat)
-    with pytest.raises(mo.OptionError, match="'fill' is for scenes in the plane"):
+    with pytest.raises(mo.OptionError, match="'fill' is only for scenes in the plane"):
         mo.extrude(scene([LOW], flat), 1.0)
 
 

@@ -135,7 +135,7 @@ IN_A = LOADED + '[[load_case]]\nname = "a"\n'
 SHAKEN = '[earthquake]\ndirection = "left"\n'
 
 WRONG = {
-    "nothing live": (IN_A, ["load_case no. 1 ('a')", "nothing is live"]),
+    "nothing live": (IN_A, ["load_case no. 1 ('a')", "has no live load"]),
     "unknown group": (
         IN_A + "live = { win = 1 }\n",
         ["load_case no. 1 ('a')", "'live'", "'win'", "did you mean 'wind'?"],
@@ -155,7 +155,7 @@ WRONG = {
     "a direction in space": (CASE + "[earthquake]\ndirection = 30\n", ["'earthquake'", '"left" or "right"']),
     "another side": (CASE + '[earthquake]\ndirection = "up"\n', ["[earthquake]", "'direction'", "'left'"]),
     "no coefficient": (CASE + SHAKEN + "coefficient = 0\n", ["'coefficient'", "greater than 0"]),
-    "another live load": (LOADED + SHAKEN, ["'earthquake'", "load no. 1 is live too"]),
+    "another live load": (LOADED + SHAKEN, ["'earthquake'", "load no. 1 has a live load too"]),
     "beside cases": (IN_A + "live = { wind = 1 }\n" + SHAKEN, ["'earthquake'", "[[load_case]]"]),
     "tilted": ('tilt = "left"\n' + CASE + SHAKEN, ["'tilt'"]),
     "a group's name": (LOADED.replace('"wind"', '"weight"'), ["load no. 1 ('A')", "'group'"]),
@@ -197,7 +197,7 @@ def test_cases_that_load_nothing_and_cases_there_are_not():
 
 @pytest.mark.parametrize(
     ("direction", "moment", "said"),
-    [("left", 0.0, "angle in plan"), ([0, 0, 1], 0.0, "gravity"), (0, 1.0, "is live too")],
+    [("left", 0.0, "angle in plan"), ([0, 0, 1], 0.0, "gravity"), (0, 1.0, "has a live load too")],
 )
 def test_what_solids_are_not_shaken_by(direction, moment, said):
     box = box_on_floor(live=(0.0, 0.0, 0.0), live_moment=(0.0, moment, 0.0))

@@ -29,19 +29,19 @@ from masonry_opt.scene.rows import chunks, combine, dots, lengths, linked
 
 @dataclass(frozen=True)
 class AlignmentSettings:
-    """Limits of the alignment."""
+    """Settings of the alignment of contacts."""
 
     #: Largest angle, in radians, by which the alignment rotates a plane. A larger value also aligns short
-    #: edges of coarse surveys; with a smaller value such edges stay as they are drawn.
+    #: edges of coarse surveys. With a smaller value, the alignment does not change such edges.
     most_turn: float = 0.02
     #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
-    #: merges more planes that belong together; with fewer fits, long walls keep several planes.
+    #: merges more planes of the same bed joint. With fewer fits, a long bed joint may keep several planes.
     fits: int = 4
     #: Largest movement of a contact point, relative to the tolerance. A point that would move farther,
     #: because its planes meet at a sharp angle, is moved onto the plane of its joint only.
     most_shift: float = 2.0
-    #: Number of joints of a block above which the search for parallel planes does not compare these joints
-    #: with each other in advance. A larger value needs more memory, a smaller value needs more time for
+    #: Largest number of joints of a block that are compared with each other in advance, to speed up the
+    #: search for parallel planes. A larger value needs more memory. A smaller value needs more time for
     #: rubble.
     most_neighbours: int = 100
     #: Largest number of joints linked to a plane that are found by a search from block to block. If more
@@ -117,7 +117,7 @@ class Group:
     def turn_to(self, direction: np.ndarray) -> None:
         """Replace the group's direction by a new direction if the two differ by more than rounding.
 
-        The new direction gets the sign of the old one.
+        The sign of the new direction is chosen to agree with the old direction.
         """
         if _across(direction[None], self.direction)[0] > self._rounding.min():
             self.direction, self.differs = direction * np.sign(direction @ self.direction), True
@@ -149,7 +149,7 @@ class Group:
         place[self.members[moves]] = (sign * mean[of_plane])[moves]
 
     def _common_planes(self) -> np.ndarray:
-        """Number the common planes of the group; return the common plane of each plane, shape (members,)."""
+        """Return the index of the common plane to which each plane of the group belongs, shape (members,)."""
         number, positions = self._points
         height = np.bincount(number, positions @ self.direction)
         return _group_values(height / np.bincount(number), self._drawn.tolerance)
@@ -158,7 +158,7 @@ class Group:
 def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
     """Return the groups whose directions or positions differ from the drawing by more than rounding.
 
-    All other groups keep every digit; in an exact drawing these are all groups.
+    All other groups do not change. In an exact drawing no group changes.
     """
     if not groups:
         return []
@@ -187,9 +187,10 @@ def _parallel_planes(
 ) -> Iterator[np.ndarray]:
     """Yield groups of planes of several joints that are parallel within the accuracy of the drawing.
 
-    Groups form round the planes of the best accuracy first. Their joints are linked to the first one's by
-    blocks, through joints that are parallel or square to it. Planes that would turn by more than their
-    accuracies leave the group, the worst one first.
+    The most accurate plane that is not yet in a group, the leader, begins a new group. A plane can belong to
+    the group if blocks and joints connect its joint to the leader's joint, and if these joints are parallel
+    or perpendicular to the leader. Planes that would rotate by more than their accuracy leave the group, the
+    plane with the largest rotation first.
     """
     accuracy = np.minimum(planes.accuracy, settings.most_turn)
     links = _Links(drawn, settings, accuracy[: len(drawn.normal)])
@@ -208,7 +209,7 @@ def _parallel_planes(
         sine = _across(planes.direction[members], direction)
         alike = sine <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        # The first plane of the group, the leader, is the most accurate one. If all planes are nearly
+        # The first plane of the group, the leader, is the most accurate plane. If all planes are nearly
         # parallel to the leader, no plane can rotate by more than its accuracy, and the check below is not
         # needed.
         agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
@@ -246,7 +247,7 @@ class _Links:
         return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
 
     def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
-        """Return the linked joints, found from block to block; None if too many joints are linked."""
+        """Return the joints that a search from block to block finds, or None if it finds too many joints."""
         joints = [joint]
         seen = {joint}
         visited: set[int] = set()
@@ -284,7 +285,7 @@ class _Links:
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
-    """Return True for planes that may be parallel or perpendicular to another joint of their blocks.
+    """Return a mask of the planes that may be parallel or perpendicular to another joint of their blocks.
 
     The shape is (planes,). For blocks with very many joints the result is True without a comparison.
     """
@@ -299,8 +300,8 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
             number, other = of_block.where(block[plane])
             plane = plane[number]
             sine = _off_axes(drawn.normal[other], planes.direction[plane])
-            # The limit is three times the usual one: both planes may be parallel, within their accuracies, to
-            # a third plane whose direction is between theirs.
+            # The limit is three times the usual limit, because both planes may be parallel, within their
+            # accuracies, to a third plane whose direction lies between the two.
             near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
             has_partner[plane[near & (other != planes.joint[plane])]] = True
     return has_partner
@@ -309,7 +310,8 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
 def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """Return the indices of the joints that blocks connect to a given joint, in ascending order.
 
-    Only the given joints, which are in ascending order, link blocks. ``ends`` has both blocks of each joint.
+    Only the joints in ``joints``, which are in ascending order, connect blocks. ``ends`` has both blocks of
+    each joint.
     """
     count, blocks = len(joints), int(ends.max()) + 1
     group = linked(count + blocks, np.tile(np.arange(count), 2), count + ends[joints].T.ravel())
@@ -358,11 +360,11 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
 
 
 def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Divide numbers into groups of nearly equal numbers, and return the group of each, shape (values,).
+    """Divide values into groups of nearly equal values, and return the index of each value's group.
 
-    In rising order, values are in one run as long as neighbours differ by at most the tolerance. A run that
-    is no longer than the tolerance is a group. In a longer run, the value with most others within the
-    tolerance leads a group of these values. The rest of the run is divided in the same manner.
+    The values are sorted and divided into runs, in which neighbours differ by at most the tolerance. A run
+    that is not longer than the tolerance is a group. In a longer run, the value with the most other values
+    within the tolerance forms a group with these values. The rest of the run is divided in the same manner.
     """
     order = np.argsort(values, kind="stable")
     rising = values[order]
@@ -376,9 +378,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # The leader is the value with most other values within the tolerance. Among several, choose the
-            # value whose neighbours within the tolerance are closest together, so that the order of the
-            # values does not matter.
+            # The leader is the value with the most other values within the tolerance. Among several such
+            # values, choose the value whose neighbours are closest together, so that the order of the values
+            # has no effect.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups
@@ -398,8 +400,8 @@ def _meeting_points(
 ) -> np.ndarray:
     """Return contact points moved to the intersection of their planes.
 
-    A point that would move too far moves onto the plane of its joint only. ``direction`` and ``place`` are
-    the unit normal of each plane and its distance from the origin, NaN for planes that stay as drawn.
+    A point that would move too far moves onto the plane of its joint only. ``direction`` is the unit normal
+    of each plane. ``place`` is its distance from the origin, or NaN for a plane that does not move.
     """
     moved = np.isfinite(place[planes.plane])
     of_point = Lists.of(planes.point[moved], planes.plane[moved], len(drawn.point))
@@ -416,10 +418,10 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the least-squares mean direction of unit vectors; the signs of the vectors do not matter.
+    """Return the least-squares mean direction of unit vectors, whose signs have no effect on the result.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
-    matrix of points, in units of the tolerance, on planes to which the direction shall be normal.
+    matrix of points, in units of the tolerance, on planes to which the direction should be normal.
     """
     weight = accuracy[:, None] ** -2.0
     misfit = weight.sum() * np.eye(directions.shape[1]) - (weight * directions).T @ directions + scatter
@@ -436,9 +438,9 @@ def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _off_axis(vector: list[float], other: list[float]) -> float:
-    """Return the sine of the angle by which two unit vectors are not parallel or perpendicular.
+    """Return the sine of the deviation of two unit vectors from parallel or perpendicular directions.
 
-    The smaller of the two deviations counts.
+    The result is the smaller of the two deviations.
     """
     along = sum(map(mul, vector, other))
     across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))

@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Angle in radians up to which two sectors may overlap, and up to which two sides lie in one line, because of
-#: errors of a drawing.
+#: Angle in radians that may be due to errors of a drawing: the largest overlap of two sectors, and the
+#: largest angle between two sides that count as lying in one line.
 _MOST_OVERLAP = 0.01
 
 
 class Sectors(NamedTuple):
-    """Sectors that blocks occupy around points, as angles in radians. Sectors are counter-clockwise."""
+    """Angular sectors that blocks occupy around points, counter-clockwise, in radians."""
 
     first: np.ndarray  #: direction of the side at which each sector begins, shape (points,)
     last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)
@@ -36,8 +36,9 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
     fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
-    # Directions of a separating line in the empty sector after ``one``, measured from the last side of
-    # ``one``. The opposite directions must be in the empty sector after ``other``.
+    # A separating line may have any direction from `least` to `most`, measured from the last side of `one`.
+    # Each such direction is in the empty sector after `one`, and the opposite direction is in the empty
+    # sector after `other`.
     shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
     in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP

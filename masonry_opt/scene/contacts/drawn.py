@@ -79,7 +79,7 @@ class ContactPlanes:
 
 @dataclass(frozen=True)
 class Lists:
-    """Lists of numbers, concatenated in one array."""
+    """Several lists of numbers, concatenated in one array."""
 
     item: np.ndarray  #: numbers of all lists, concatenated
     first: np.ndarray  #: index in ``item`` at which each list begins, shape (lists,)
@@ -89,13 +89,13 @@ class Lists:
     def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
         """Return one list for each owner, with the items that belong to the owner.
 
-        ``owner`` has one entry for each item, from 0 to ``lists - 1``.
+        ``owner`` has the index of the owner of each item, from 0 to ``lists - 1``.
         """
         count = np.bincount(owner, minlength=lists)
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Concatenate the chosen lists; return the index in ``chosen`` of each item's list, and the items.
+        """Return the items of the chosen lists, after the index in ``chosen`` of each item's list.
 
         Both arrays have one entry for each item.
         """

@@ -14,16 +14,16 @@ from masonry_opt.scene.contacts.sides import LEAN, Items, Meetings, Touches, nea
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: Largest distance between two edges that coincide up to rounding, relative to the tolerance. Corners of such
-#: edges keep their coordinates; corners of other edges that touch are moved to the middle between the edges.
+#: Largest distance between two edges that coincide up to rounding, relative to the tolerance. Corners of
+#: coincident edges are not moved. Corners of other touching edges are moved to the middle between the edges.
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
 #: Smallest length that two parallel edges must share to form a joint, relative to the tolerance. Edges at an
-#: angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners make
-#: joints.
+#: angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners produce
+#: false joints.
 _SHORTEST_PARALLEL = 3.0
 
-#: Largest number of pairs of edges that are compared. A scene with more pairs is refused. A larger value
+#: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value
 #: needs more time and memory.
 _MOST_EDGES = 20_000_000
 
@@ -47,7 +47,7 @@ class FacingEdges(sides.Facing):
     ) -> Self:
         """Return the shared segments with the given ends.
 
-        ``lean`` holds the angles between the two edges, and the lengths of the shorter edges.
+        ``lean`` has the angles between the two edges, and the lengths of the shorter edges.
         """
         start, end = ends
         extent = np.hypot(*(end - start).T)
@@ -60,9 +60,9 @@ class FacingEdges(sides.Facing):
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
         """Return the segments that pairs of edges share, if they are longer than the tolerance.
 
-        Edge ``i`` belongs to the first block of its pair, edge ``j`` to the second one. Edges that run in
-        opposite directions round their blocks face each other. Edges that are farther apart than the
-        tolerance face each other only as :func:`~.sides.faces_across` states.
+        Edge ``i`` belongs to the first block of its pair, and edge ``j`` to the second block. Edges that run
+        in opposite directions round their blocks face each other. If their distance is larger than the
+        tolerance, they must also satisfy :func:`~.sides.faces_across`.
         """
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
         one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j]))
@@ -82,8 +82,7 @@ class FacingEdges(sides.Facing):
         x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
         across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
         width = np.hypot(*np.moveaxis(across, 2, 0))
-        # Corners of edges that coincide up to rounding are not moved; they keep the coordinates of the
-        # drawing.
+        # Corners of edges that coincide up to rounding keep the coordinates of the drawing.
         ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
         sine = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])[faces_other]
         most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
@@ -109,24 +108,24 @@ class FacingEdges(sides.Facing):
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return tangents and outlines of shared segments; an outline consists of the segment's two ends.
+        """Return the tangents and outlines of shared segments; see :meth:`.Facing.outlines`.
 
-        See :meth:`.Facing.outlines`.
+        An outline consists of the two ends of the segment.
         """
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the shared segment whose index is given, shape (points,)."""
+        """Return the distance of each point from the shared segment with the given index, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
 def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:
     """Return the segments along which edges of pairs of blocks touch, or face each other across a gap.
 
-    Edges share the part of their bisector onto which both project. They touch if their largest distance there
-    is within the contact tolerance. Lengths that touch and follow one another, as of an edge drawn in chords,
-    become one length. They become several lengths if the edge bends by more than the tolerance.
+    Edges share the part of their bisector onto which both project. They touch if their largest distance over
+    this part is within the contact tolerance. Consecutive segments that touch, such as the chords of a curved
+    edge, become one segment, or several segments if the edge bends by more than the tolerance.
 
     Parameters
     ----------
@@ -149,14 +148,17 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     first_edges, second_edges = (np.bincount(pair, minlength=len(pairs)) for pair in pairs_of_edges)
     if (first_edges * second_edges).sum() > _MOST_EDGES:
         edges_of_block = np.bincount(corners.edges.block)
-        most = f"block {scene.blocks[edges_of_block.argmax()].name!r} has {edges_of_block.max()} corners"
-        fine = f"outlines have too many corners to find joints ({most})"
-        raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or draw the blocks with fewer corners")
+        name = scene.blocks[edges_of_block.argmax()].name
+        raise CaseError(
+            f"{scene.origin}: the outlines have too many corners to find joints "
+            f"(block {name!r} has {edges_of_block.max()} corners): "
+            "raise 'tolerance', or draw the blocks with fewer corners"
+        )
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Short segments may remain where a chain of segments across a gap bends. They are corners, not joints.
+    # Leave out short segments at the bends of a chain of segments across a gap, because they are not joints.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
@@ -166,7 +168,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
 
 
 def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the segments that touch, after consecutive segments of a pair of blocks have been joined."""
+    """Return the touching segments after joining consecutive segments of the same pair of blocks."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
     chains = [
         chain for pair in pairs[count > 1] for chain in _chains(parts.where(parts.pair == pair), tolerance)
@@ -175,10 +177,10 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the segments that touch, without segments that may be a corner of one of the two blocks.
+    """Return the touching segments without segments that may be a corner of one of the two blocks.
 
-    The segments that are left out are too short for the distance between their edges, and their edges are not
-    parallel; see :data:`~.sides.LEAN`.
+    A segment may be a corner if its edges are not parallel, and if it is short relative to the distance
+    between them; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
     """
     is_long = touching.most <= LEAN * touching.extent
     is_parallel = touching.angle <= LEAN
@@ -186,10 +188,10 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield the chains of consecutive segments of one pair of blocks, each simplified.
+    """Yield the chains of consecutive segments of one pair of blocks, after simplifying each chain.
 
-    A segment follows another one in a chain if it begins within two tolerances of the end of the other one.
-    Across a gap, curved edges drawn in chords need a larger tolerance, a tenth of the gap.
+    Two segments are consecutive if the second segment begins within two tolerances of the end of the first
+    segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
     """
     nearest = max(tolerance, LEAN * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
@@ -210,10 +212,10 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
 
 
 def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingEdges:
-    """Return the straight segments of the simplified line of a chain.
+    """Return the straight segments of a chain after simplifying its line.
 
-    Corners are dropped that lie within the distance ``off`` of the line without them. ``tolerance`` is the
-    accuracy of the drawing.
+    A corner is removed if it lies within the distance ``off`` of the line without this corner. ``tolerance``
+    is the accuracy of the drawing.
     """
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
@@ -225,7 +227,7 @@ def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingE
 
 
 class PlaneCorners(sides.BlockCorners):
-    """Corners of all blocks in the plane. Each corner begins an edge, which ends at ``tip``."""
+    """Corners of all blocks in the plane. An edge runs from each corner to its ``tip``."""
 
     apart = 2.0
     tip: np.ndarray  #: end point of the edge that begins at each corner, shape (corners, 2)
@@ -239,7 +241,7 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return contacts at corners of first blocks on edges of second blocks, then the reverse contacts."""
+        """Return the contacts of the first blocks' corners with the second blocks' edges, and vice versa."""
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
@@ -267,14 +269,14 @@ class PlaneCorners(sides.BlockCorners):
         before = corner - 1
         is_before = (self.tip[before] == self.point[corner]).all(axis=1) & (block[before] == block[corner])
         for row in np.flatnonzero(~is_before):
-            # The previous edge of the first corner of an outline is the last one of the outline.
+            # The previous edge of the first corner of an outline is the last edge of the outline.
             of_block = np.flatnonzero(block == block[corner[row]])
             ends_here = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
             before[row] = of_block[ends_here][0]
         return self.tip[corner] - self.point[corner], self.point[before] - self.point[corner]
 
     def _sectors(self, corner: np.ndarray) -> Sectors:
-        """Return the sectors that blocks occupy around their corners."""
+        """Return the angular sector that the block occupies at each corner."""
         return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
 
     def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:

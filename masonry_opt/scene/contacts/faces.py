@@ -16,15 +16,16 @@ from masonry_opt.scene.space.faces import Frames, OuterFaces, unit
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Smallest width of a shared polygon, and smallest length of an edge in a face, relative to the tolerance.
-#: Smaller contacts are no joints. A larger value ignores more slivers of inexact drawings.
+#: Smaller contacts are not joints. With a larger value, more slivers of inexact drawings are ignored.
 NARROWEST = 10
 
 #: Cosine of the largest angle between faces that share a polygon. A smaller value also accepts faces at a
 #: larger angle to each other.
 _FACING = 0.94
 
-#: Smallest difference of the vectors ``SolidCorners.inwards`` of two crossing edges, along the edges' common
-#: normal, at which the edges touch. At a smaller difference all faces at the edges are nearly in one plane.
+#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, along their common
+#: normal, at which the edges touch. With a smaller difference, all faces at the edges lie nearly in one
+#: plane.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that may be due to rounding alone.
@@ -42,7 +43,7 @@ class FacingFaces(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the middle of each polygon and points halfway to two corners, shape (facing, 3, 3)."""
+        """Return the centroid of each polygon and two points halfway to its corners, shape (facing, 3, 3)."""
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
         points = [self.middle]
@@ -59,8 +60,9 @@ class FacingFaces(sides.Facing):
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the tangents and outlines of shared polygons; see :meth:`.Facing.outlines`.
 
-        The tangent runs along the longest side. Among sides of equal length it is the one most along the
-        first axis of the frame, then the second. This choice turns with the scene.
+        The tangent is parallel to the longest side. Among sides of equal length, the side closest to the
+        direction of the first axis of the frame is chosen, and then the side closest to the second axis. The
+        choice does not depend on the orientation of the scene.
         """
         rings, polygon = shapely.get_rings(self.polygon, return_index=True)
         flat, ring = shapely.get_coordinates(rings, return_index=True)
@@ -110,8 +112,8 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
-    # Largest distance of the second face's base point from the plane of the first face if the faces are near
-    # each other anywhere: the base point is at most the width of the face away from the near point.
+    # If the faces are near each other at any point, the base point of the second face is within `reach` of
+    # the plane of the first face: its distance from that point is at most the width of the second face.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
@@ -123,8 +125,8 @@ def _shared_polygons(
 ) -> FacingFaces:
     """Return the polygons that pairs of faces share.
 
-    Face ``i`` belongs to the first block of its pair, face ``j`` to the second one. Both are at most ``far``
-    apart over the polygon.
+    Face ``i`` belongs to the first block of its pair, and face ``j`` to the second block. The distance of the
+    two faces is at most ``far`` over the whole polygon.
     """
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
@@ -180,19 +182,21 @@ def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
 def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray) -> np.ndarray:
     """Return the height of planes above reference planes at given points, shape (points,).
 
-    ``points`` are coordinates in the frames, ``number`` is the frame, and the plane, of each point.
+    ``points`` are coordinates in the frames. ``number`` is the index of the frame and of the plane of each
+    point.
     """
     across = dots(frame.normal[number], plane.normal[number])
     return -plane.above(frame.up(points, number), number) / across
 
 
 def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return polygons without those ends and bridges that are narrower than a given width.
+    """Return polygons without ends and bridges that are narrower than a given width.
 
-    A piece may fall into several connected ones, or vanish. Each keeps the number of its piece.
+    A polygon may be divided into several polygons, or vanish. Each result has the number of its original
+    polygon.
     """
     opened = without_slivers(pieces, narrowest)
-    # Compare lengths, because a narrow end may have no area. Polygons without narrow ends keep their exact
+    # Compare perimeters, because a narrow end may have no area. Polygons without narrow ends keep their exact
     # coordinates.
     cut = shapely.length(pieces) - shapely.length(opened) > narrowest
     cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
@@ -203,9 +207,9 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
 
 
 class SolidCorners(sides.BlockCorners):
-    """Edges and corners of the outer faces of blocks in space, with methods that find contacts there.
+    """Edges and corners of the outer faces of blocks in space, with methods that find their contacts.
 
-    An edge runs between ``start`` and ``end``.
+    An edge is the segment from ``start`` to ``end``.
     """
 
     apart = NARROWEST
@@ -237,8 +241,8 @@ class SolidCorners(sides.BlockCorners):
         along = unit(tip - tail)
         inwards = np.cross(outer.frame.normal[face], along)
         self.inwards = sums(number, inwards, len(edge))
-        # The boundary of one face at an edge runs in the direction of the edge, that of the other face
-        # against it.
+        # The boundary of one face at an edge runs in the direction of the edge. The boundary of the other
+        # face runs in the opposite direction.
         runs_along = dots(along, self.direction[number]) > 0
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
@@ -291,15 +295,15 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return ``first`` and ``last`` of edges, for the direction of each edge and for its reverse."""
+        """Return the vectors ``first`` and ``last`` of edges, and the same vectors for reversed edges."""
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the pieces of first blocks' edges that are inside second blocks' faces.
+    """Return the contacts along edges of the first blocks that lie in faces of the second blocks.
 
-    ``sign`` is 1 if the normals of these faces point into the first block of the contact, and else -1.
+    ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
     tolerance, faces = corners.shapes.tolerance, corners.outer
     narrowest = NARROWEST * tolerance
@@ -310,8 +314,8 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     near &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
     pair, j, start, end, start_height, end_height = (column[near] for column in (pair, j, *flat, *height))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
-    # Most edges run along outlines of faces. A fast test with shrunken faces excludes them before the slow
-    # computation of intersections.
+    # Most edges run along outlines of faces. A fast test with shrunken faces excludes such edges before the
+    # slow computation of intersections.
     face, own = np.unique(j, return_inverse=True)
     shrunken = shapely.buffer(faces.polygon[face], -narrowest / 2, join_style="bevel")
     shapely.prepare(shrunken)
@@ -336,7 +340,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     # The outward normal of the second block's face points into the first block; ``sign`` is -1 if the two
     # blocks are swapped.
     normal = sign * faces.frame.normal[face[is_contact]]
-    # Make the tangent perpendicular to the normal: the edge may be inclined to the face within the tolerance.
+    # Make the tangent perpendicular to the normal, because the edge may be slightly inclined to the face.
     along = other - one
     along -= dots(along, normal)[:, None] * normal
     accuracy = _accuracy(faces, face[is_contact], tolerance)
@@ -344,9 +348,9 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts at corners of first blocks inside faces of second blocks.
+    """Return the contacts at corners of the first blocks that lie in faces of the second blocks.
 
-    ``sign`` is 1 if the normals of these faces point into the first block of the contact, and else -1.
+    ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
     tolerance, faces = corners.shapes.tolerance, corners.outer
     pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.corners, corners.faces))
@@ -367,8 +371,8 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     length = lengths(corners.end - corners.start)
     across = np.cross(corners.direction[i], corners.direction[j])
     sine = lengths(across)
-    # Nearly parallel edges are no contact, because errors within the tolerance would change their common
-    # normal too much.
+    # Nearly parallel edges do not form a contact, because errors within the tolerance would change their
+    # common normal too much.
     is_crossing = sine * np.minimum(length[i], length[j]) > NARROWEST * tolerance
     pair, i, j, across, sine = (column[is_crossing] for column in (pair, i, j, across, sine))
     one, other = corners.direction[i], corners.direction[j]

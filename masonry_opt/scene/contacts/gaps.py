@@ -28,7 +28,7 @@ class Closing(NamedTuple):
 
     @property
     def advice(self) -> str:
-        """Return the advice to set the option, for messages."""
+        """Return the advice of messages to set the option."""
         is_tolerance = self.option == "tolerance"
         return set_tolerance(self.tolerance) if is_tolerance else set_contact_tolerance(self.tolerance)
 
@@ -83,10 +83,10 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def joining_tolerance(apart: Facing) -> float:
-    """Return the tolerance at which all given sides touch and become parallel; 0 if there are no sides.
+    """Return the tolerance at which all given sides touch and become parallel, or 0 without sides.
 
-    If two sides are not parallel, by an angle that the alignment can remove, a corner is assumed to be in
-    error. The tolerance is then at least a multiple of this error.
+    If the angle between two sides is small enough to be removed by the alignment, one of their corners is
+    assumed to be inexact. The tolerance is then at least a multiple of the error of this corner.
     """
     error = np.where(apart.angle <= DEFAULT_SETTINGS.most_turn, apart.angle * apart.shorter, 0.0)
     return float(np.maximum(apart.most, TOLERANCE_OVER_ERROR * error).max(initial=0.0))

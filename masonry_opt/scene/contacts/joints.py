@@ -32,11 +32,13 @@ from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import place
 
-#: Largest difference of coordinates that counts as rounding, relative to the spacing of floating-point
-#: numbers at the largest coordinate. With a larger value, small errors of a drawing remain unaligned.
+#: Largest difference of coordinates that counts as a rounding error, relative to the spacing of
+#: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing remain
+#: unaligned.
 _COORDINATE_ROUNDING = 64.0
 
-#: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other block.
+#: Overlap of two blocks, as a fraction of the smaller block, above which the smaller block counts as inside
+#: the larger block.
 _SHARE_INSIDE = 0.999
 
 #: Largest width of the gap between two blocks, by the pair of the blocks' indices.
@@ -88,7 +90,8 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
-    #: Lines along small gaps (in space: around small gaps), shape (lines, 2, 2) or (lines, 2, 3).
+    #: Segments along the middle of small gaps (in space: sides of polygons in the middle of small gaps),
+    #: shape (lines, 2, 2) or (lines, 2, 3).
     facing: np.ndarray
     #: Indices of pairs of blocks that touch without a contact normal and therefore have no joint: corner on
     #: corner, in space also corner on edge or edge along edge. The list contains neither pairs that touch
@@ -96,7 +99,8 @@ class Joints:
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
-    #: Indices of pairs of blocks with a joint at which corners meet (in space, edges run along each other).
+    #: Indices of pairs of blocks with a joint at a point where their corners meet (in space: along a line
+    #: where their edges meet).
     at_corners: list[tuple[int, int]]
 
     __repr__ = brief
@@ -115,22 +119,22 @@ class Joints:
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the joints of the optimisation problem and their contact points.
 
-        In the plane these are the joints of the scene, which press at their two ends. In space each contact
-        point is a joint of the problem.
+        In the plane, the joints of the problem are the joints of the scene, with contact points at both ends.
+        In space, each contact point is a joint of the problem.
 
         Returns
         -------
         joint : ndarray, shape (parts,)
-            Joint of the scene, rising.
+            Index of the joint in the scene, in ascending order.
         point : ndarray, shape (2, parts) in the plane, (1, parts) in space
-            Contact points at which each part presses.
+            Indices of the contact points of each joint of the problem.
         """
         if self.point.shape[1] == 2:
             return np.arange(len(self.first)), np.stack([self.first_point, self.last_point])
         return self.joint, np.arange(len(self.joint))[None]
 
     def most(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of the values at each joint's contact points, shape (joints,)."""
+        """Return the largest value among the contact points of each joint, shape (joints,)."""
         return np.maximum.reduceat(values, self.first_point)
 
     @property
@@ -153,10 +157,10 @@ class Joints:
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sides of the outlines of all joints, and the index of each side's joint, ascending.
+        """Return the sides of the outlines of all joints, and the index of the joint of each side.
 
-        In the plane the joints themselves are the sides. Sides are pairs of ends, shape (lines, 2, 2) or
-        (lines, 2, 3). A joint at a single point has one side with equal ends.
+        The indices are in ascending order. In the plane, each joint is a side. Sides are pairs of ends, shape
+        (lines, 2, 2) or (lines, 2, 3). A joint at a single point has one side with equal ends.
         """
         lines, corner = outline_sides(np.bincount(self.ring), self.point)
         return lines, self.joint[corner]
@@ -179,27 +183,28 @@ def shapes_of(scene: Scene) -> Extents:
 
 
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
-    """Find the joints of a scene.
+    """Find the joints of a scene from the shapes of its blocks.
 
-    Two blocks, not both fixed, have a joint wherever their sides face each other with no third block between
-    them. The sides must stay within the contact tolerance, by default the tolerance, over all that they
-    share. The joint lies on the bisecting line or plane of the sides.
+    Two blocks, of which at least one can move, have a joint wherever their sides face each other without a
+    third block between them. Over the whole shared length or area, the distance of the sides must not exceed
+    the contact tolerance, by default the tolerance. The joint lies on the bisecting line or plane of the
+    sides.
 
-    - In the plane sides are edges. The length that two edges share is a joint. In a scene without contact
+    - In the plane, sides are edges. The length that two edges share is a joint. In a scene without contact
       tolerance, lengths below ten tolerances are joints only if the edges are nearly parallel or stay within
       a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
     - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
       blocks share sides there with other blocks, or two of their sides lie in one line. A corner in a notch
       has a joint with each side of the notch.
-    - In space sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
-      than ten tolerances are no joints.
+    - In space, sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
+      than ten tolerances are not joints.
     - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
-      that cross, are joints of one point. Two edges along each other are a joint of two points, on the
-      bisector of the faces.
+      that cross, are joints of one point. Two edges that run along each other are a joint of two points, on
+      the bisector of the faces.
 
-    Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
-    (see :mod:`~.contacts.alignment`).
+    Joints that are parallel, perpendicular or in one line within the accuracy of the drawing become exactly
+    parallel, perpendicular or in one line (see :mod:`~.contacts.alignment`).
 
     Parameters
     ----------
@@ -236,7 +241,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
     facing_pairs = pairs[np.concatenate([shared.pair, contacts.pair, across.pair])]
     lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
-    # A joint at corners is made only for blocks without facing sides.
+    # Make joints at corners only for blocks whose sides do not face each other.
     is_lost = np.array([tuple(pair) in lost for pair in pairs[at_corners.pair].tolist()], dtype=bool)
     at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
@@ -244,7 +249,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
     closes_gaps = closing(scene, shapes, pairs, across)
-    # Order the joints by pair of blocks; within a pair, shared sides precede contacts along edges and at
+    # Order the joints by pair of blocks. Within a pair, shared sides precede contacts along edges and at
     # points.
     owner = np.concatenate([shared.pair, contacts.pair])
     order = np.argsort(owner, kind="stable")
@@ -254,7 +259,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    # Other warnings name the pairs of blocks with a gap, or with a lost joint.
+    # Exclude pairs of blocks with a gap or a lost joint, because other warnings name these pairs.
     named = {*gaps, *lost}
     has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
     if not floating:
@@ -299,7 +304,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return lengths and midpoints of plane joints, recomputed for joints that the alignment moved."""
+    """Return the lengths and midpoints of plane joints, recomputed where the alignment moved a joint."""
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[after.shift > 0])
     start = after.point[np.searchsorted(joint, moved)]
@@ -311,7 +316,7 @@ def _measure_moved(
 def joint_properties(
     scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, closes_gaps: Closing
 ) -> dict[str, Any]:
-    """Return friction, cohesion, dilatancy and strength of all joints, as attributes of :class:`Joints`.
+    """Return friction, cohesion, dilatancy and strength of all joints, by attribute of :class:`Joints`.
 
     Raises CaseError if the two blocks of an exception do not touch. If one of the small ``gaps`` separates
     the two blocks, the message names the option that closes all small gaps.
@@ -329,17 +334,19 @@ def joint_properties(
             where = f"joint between {list(exception.between)}"
             remedy = ""
             if (one, other) in gaps:
-                width = f"the gap between them is up to {rounded_up(gaps[one, other], 2)} wide"
-                remedy = f": {width}; {closes_gaps.advice} if they should touch"
-            no_joint = f"these blocks {why}, so they have no joint whose properties could be set"
-            raise CaseError(f"{scene.origin}: {where}: {no_joint}{remedy}")
+                width = rounded_up(gaps[one, other], 2)
+                remedy = f": {closes_gaps.advice} to close the gap of up to {width} between them"
+            raise CaseError(
+                f"{scene.origin}: {where}: these blocks {why}, "
+                f"so they have no joint whose properties could be set{remedy}"
+            )
         for name, value in _values(exception.over(scene.joints)).items():
             properties[name][of_both] = value
     return properties
 
 
 def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Return the properties of a joint by name; ``inf`` stands for no limit."""
+    """Return the properties of a joint by name. The value ``inf`` means that there is no limit."""
     # A joint with unlimited friction cannot slide, so cohesion and dilatancy have no effect and are set to
     # zero.
     slides = np.isfinite(joint.friction)
@@ -372,16 +379,16 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     deepest = max(overlaps[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
-    remedy = ""
+    advice = "move the blocks apart"
     if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
-        remedy = ", or remove one: one block is inside the other"
+        advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
-        # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
+        # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
         joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
-        parallel = ", which also makes nearly parallel sides parallel" if joining > depth else ""
-        remedy = f", or {set_tolerance(joining)} if their coordinates are inexact{parallel}"
+        parallel = ", which also aligns nearly parallel sides" if joining > depth else ""
+        advice = f"move the blocks apart, or {set_tolerance(joining)} if coordinates are inexact{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        remedy = f", or {set_contact_tolerance(depth)} if they are meant to overlap"
+        advice = f"move the blocks apart, or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""
@@ -390,7 +397,7 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         more = f" ({least}{counted(others, 'more pair')} {verb}, up to {depth:.3g} deep)"
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
     at = f"near {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
-    raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
+    raise CaseError(f"{scene.origin}: {overlap} {at}: {advice}{more}")
 
 
 def _tolerance_for_overlaps(
@@ -398,7 +405,8 @@ def _tolerance_for_overlaps(
 ) -> float:
     """Return the tolerance at which overlaps up to a given depth, and small gaps, become joints.
 
-    ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
+    ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
+    that overlap.
     """
     shapes = replace(shapes, contact_tolerance=depth)
     facing = facing_sides(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
@@ -414,11 +422,11 @@ def refuse_floating(
 ) -> None:
     """Raise CaseError if a block touches no other block or is not connected to a support.
 
-    ``joined`` holds the two blocks of each joint, ``closes_gaps`` is the option that closes the small gaps.
+    ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """
     fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    # Treat the ground as a fixed block: both are supports for ties and props that end there.
+    # Treat the ground as a fixed block, because both support ties and props.
     ground = int(fixed.argmax())
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
@@ -428,24 +436,28 @@ def refuse_floating(
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     bridge = find_bridge(scene, shapes, (first, second), closes_gaps) if len(loose) else None
     if bridge:
-        # List the blocks that the advised tolerance connects first, and the remaining blocks after them.
+        # List first the blocks that the recommended tolerance connects, and then the remaining blocks.
         loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
     is_alone = ~np.isin(loose, [first, second])
     alone = loose[is_alone]
     if len(alone):
         raise_for(
-            alone, scene, f"touches no other block: {_nearest_block(scene, shapes, int(alone[0]), bridge)}"
+            alone,
+            scene,
+            f"{{}} touches no other block: {_nearest_block(scene, shapes, int(alone[0]), bridge)}",
         )
     remedy = f"support it, or {bridge.advice(scene)}" if bridge else "support it"
     raise_for(
-        loose, scene, f"is not connected to any fixed block, directly or through other blocks: {remedy}"
+        loose,
+        scene,
+        f"{{}} is not connected to any fixed block, directly or through other blocks: {remedy}",
     )
 
 
 def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:
-    """Return as text the distance of an isolated block from its neighbour, and how to close the gap.
+    """Return the part of a message about the gap between an isolated block and its neighbour.
 
-    The neighbour is a block that the isolated block faces, or else the nearest of all blocks.
+    The neighbour is a block that the isolated block faces, or else the nearest block.
     """
     if bridge and block in bridge.neighbour:
         other, gap = bridge.neighbour[block]
@@ -454,10 +466,9 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
             return (
                 f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
             )
-        faced = f"{name}, which it faces, is up to {gap:.3g} away"
-        return f"{faced}: close the gap, or {bridge.advice(scene)}"
+        return f"its neighbour {name} is up to {gap:.3g} away: close the gap, or {bridge.advice(scene)}"
     other, gap = shapes.nearest(block)
     name = repr(scene.blocks[other].name)
     if gap <= shapes.tolerance:
-        return f"it meets {name} {shapes.meeting} of either"
-    return f"{name}, the nearest, is {gap:.3g} away: close the gap, or remove the block"
+        return f"it meets {name} {shapes.meeting}"
+    return f"the nearest block {name} is {gap:.3g} away: close the gap, or remove the block"

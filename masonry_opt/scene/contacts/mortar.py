@@ -21,45 +21,47 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 
 #: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
-#: larger value, the advised tolerance also closes narrow openings.
+#: larger value, the recommended tolerance also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
 #: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
 #: With a larger value, errors of coordinates count as intended gaps.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. Thinner blocks are refused. With too small a
+#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With too small a
 #: value, both sides of a block may merge into one line or plane.
 _THINNEST = 2.0
 
 
 @dataclass(frozen=True)
 class Bridge:
-    """Contact tolerance, or tolerance, that connects floating blocks to supports."""
+    """Value of ``contact_tolerance`` or ``tolerance`` that connects floating blocks to supports."""
 
-    closing: Closing  #: option of the scene, with its smallest value
+    closing: Closing  #: option of the scene, with its smallest sufficient value
     gap: float  #: width of the widest gap that the option closes; 0 if the blocks touch
-    widest: tuple[int, int]  #: blocks on both sides of the widest gap
+    widest: tuple[int, int]  #: indices of the blocks on both sides of the widest gap
     joints: int  #: number of joints that the option adds
     blocks: int  #: number of floating blocks that the option connects to supports
     remaining: np.ndarray  #: indices of the blocks that remain without support
-    neighbour: dict[int, tuple[int, float]]  #: block that each block faces, and the width of the gap
-    #: True if the scene has a tolerance as large as mortar, which the contact tolerance replaces.
+    neighbour: dict[int, tuple[int, float]]  #: index of the block that each block faces, and width of the gap
+    #: True if the scene has a tolerance as large as a mortar joint, which the contact tolerance replaces.
     replaces_tolerance: bool
 
     def advice(self, scene: Scene) -> str:
-        """Return the advice to set the option, with its effect, for messages."""
+        """Return the advice of messages to set the option, with the effect of the option."""
         if not self.gap:
             many = counted(self.joints, "joint")
             return f"lower 'tolerance', which is too large for {many} that connect {self._connections(scene)}"
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
         instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
-        makes = f"makes {counted(self.joints, 'joint')} across gaps of up to {self.gap:.3g}"
-        makes += f" (widest between {one} and {other}) and connects {self._connections(scene)}"
-        return f"{self.closing.advice}{instead}, which {makes}"
+        return (
+            f"{self.closing.advice}{instead}, which makes {counted(self.joints, 'joint')} "
+            f"across gaps of up to {self.gap:.3g} (widest between {one} and {other}) "
+            f"and connects {self._connections(scene)}"
+        )
 
     def _connections(self, scene: Scene) -> str:
-        """Return text on how many blocks the option connects to supports, and on the blocks that remain."""
+        """Return the number of blocks that the option connects to supports as text, with remaining blocks."""
         connected = f"{counted(self.blocks, 'block')} to supports"
         others = len(self.remaining) - 1
         if others < 0:
@@ -71,7 +73,7 @@ class Bridge:
 def find_bridge(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], near: Closing
 ) -> Bridge | None:
-    """Return the smallest tolerance that connects floating blocks to supports; None if no tolerance does.
+    """Return the smallest tolerance that connects floating blocks to supports, or None if none exists.
 
     The tolerance is the width of the widest gap that must be closed, or of a wider gap that is mortar of the
     same masonry.
@@ -105,13 +107,14 @@ def find_bridge(
     is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
     connected = before - len(floating(gap))
-    # Find the sides again with the new contact tolerance: parts of curved edges then become one joint.
+    # Find the sides again with the new contact tolerance, because parts of curved edges then become one
+    # joint.
     pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)
     if not len(closed.pair):
         return None
     closed_ends = pairs[closed.pair]
-    # Widths that differ by rounding are equal, so that the first of several blocks is named.
+    # Round the widths, so that rounding errors do not decide which of several equal gaps a message names.
     width = np.round(closed.most / max(gap, _fine_tolerance(scene, shapes)), 6)
     first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
@@ -135,7 +138,8 @@ def _gaps_to_close(
 ) -> tuple[np.ndarray, Facing]:
     """Return pairs of blocks, and their sides that face each other across possible mortar but have no joint.
 
-    ``joined`` holds the two blocks of each joint. ``contact_tolerance`` replaces that of the shapes.
+    ``joined`` has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the
+    shapes.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
     pairs, facing = _facing_across_mortar(scene, wider)
@@ -146,8 +150,8 @@ def _gaps_to_close(
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
     """Return the option of the scene that closes given gaps, and its value.
 
-    Several gaps with parallel sides count as intended, not as errors of coordinates, and the contact
-    tolerance closes them. If ``near`` is a tolerance, a tolerance closes the small gaps of the scene too.
+    Several gaps with parallel sides count as intended gaps, which the contact tolerance closes. If ``near``
+    is a tolerance, a tolerance closes the small gaps of the scene too.
     """
     option = closing(scene, shapes, pairs, closed)
     is_parallel = closed.angle * closed.shorter <= _PARALLEL_ERROR * closed.most
@@ -159,12 +163,12 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
-    """Return True if the scene has a contact tolerance, or a tolerance as large as mortar."""
+    """Return True if the scene has a contact tolerance, or a tolerance as large as a mortar joint."""
     return scene.contact_tolerance is not None or _has_large_tolerance(scene, shapes)
 
 
 def _has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
-    """Return True if the tolerance of the scene is larger than errors of a drawing relative to its blocks."""
+    """Return True if the tolerance of the scene is larger than the usual errors of a drawing."""
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
 
 
@@ -174,7 +178,8 @@ def lost_joints(
     """Return the pairs of blocks that face each other, but have no joint because the tolerance is too large.
 
     The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
-    width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
+    width. The result contains the width of the gap between the blocks of each pair, or 0 if the sides
+    coincide.
     """
     if not _has_large_tolerance(scene, shapes):
         return {}
@@ -206,16 +211,20 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     if scene.contact_tolerance is None:
         return
     too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
-    bridges = f"which 'contact_tolerance' {scene.contact_tolerance:.3g} would bridge"
-    lower = "lower 'contact_tolerance', or draw the block and a neighbour as one block"
-    raise_for(too_thin, scene, f"is {least:.3g} thick, {bridges}: {lower}")
+    raise_for(
+        too_thin,
+        scene,
+        f"{{}} is {least:.3g} thick, which is not more than 'contact_tolerance' "
+        f"{scene.contact_tolerance:.3g}: lower 'contact_tolerance', "
+        "or draw the block and a neighbour as one block",
+    )
 
 
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
     """Return pairs of blocks, and their sides that touch or face each other across a possible mortar joint.
 
-    The sides are found with the default tolerance of lengths, so that a large tolerance of the scene hides
-    none of them.
+    The sides are computed with the default tolerance of lengths, because a large tolerance of the scene would
+    hide some of the sides.
     """
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]

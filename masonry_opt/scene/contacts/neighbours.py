@@ -22,15 +22,15 @@ CONTACT_FUNCTIONS: dict[
 }
 
 #: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
-#: With a larger value, a scene of coincident blocks is refused only after more time and memory.
+#: With a larger value, a scene of coincident blocks needs more time and memory before it raises an error.
 _MOST_PAIRS = 1_000_000
 
-#: Largest number of pairs of neighbouring blocks for each block. In a wall a block has about six neighbours;
-#: coincident blocks are all neighbours of each other.
+#: Largest number of pairs of neighbouring blocks for each block. In a wall, a block has about six neighbours.
+#: Coincident blocks are all neighbours of each other.
 _MOST_PAIRS_PER_BLOCK = 40
 
-#: Third blocks count as lying between the sides of a gap if they contain at least this number of three points
-#: in the gap. With a smaller value, a block that covers a part of the gap prevents the whole joint.
+#: Number of the three test points in a gap that must be inside third blocks for the gap to count as blocked.
+#: With a smaller value, a block in a part of the gap prevents the whole joint.
 _POINTS_BETWEEN = 2
 
 #: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
@@ -59,14 +59,16 @@ def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
         pairs.append(np.column_stack([i[near], j[near]]))
         number_of_pairs += len(pairs[-1])
         if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
-            many = f"the first {min(last, count)} have {number_of_pairs} neighbours"
-            why = f"too many blocks overlap or coincide: {many}; check the coordinates of the blocks"
-            raise CaseError(f"{scene.origin}: {why}")
+            raise CaseError(
+                f"{scene.origin}: too many blocks overlap or coincide "
+                f"(the first {min(last, count)} blocks have {number_of_pairs} neighbours): "
+                "check the coordinates of the blocks"
+            )
     return np.unique(np.concatenate(pairs), axis=0)
 
 
 def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> Facing:
-    """Return the sides of pairs of blocks that touch, or face each other with no third block between them.
+    """Return the sides of pairs of blocks that touch, or face each other without a third block between.
 
     Parameters
     ----------
@@ -86,10 +88,11 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
 
 
 def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Return True for each gap with a third block in it, shape (gaps,).
+    """Return a mask of the gaps that contain a third block, shape (gaps,).
 
-    ``ends`` holds the two blocks of each gap, ``inner`` three points in the middle of the gap. Two of these
-    points must be in third blocks, because the third point may be in a joint between them.
+    ``ends`` has the two blocks of each gap, and ``inner`` has three points in the middle of each gap. At
+    least two of the three points must be in third blocks, because the other point may lie in a joint between
+    third blocks.
     """
     low, high = shapes.boxes
     across = _search_axes(shapes)
@@ -105,5 +108,5 @@ def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> 
 
 
 def _search_axes(shapes: Extents) -> np.ndarray:
-    """Return the two coordinate axes of search trees: in space those along which blocks spread most."""
+    """Return the two coordinate axes along which the blocks spread most, for the use of search trees."""
     return np.argsort(np.ptp(shapes.boxes[0], axis=0))[-2:]

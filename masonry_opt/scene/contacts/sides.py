@@ -17,8 +17,8 @@ from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
 #: Largest distance between two edges that touch along a shared segment, relative to the segment's length.
-#: Because the tolerance also limits the distance, this value matters only for lengths below ten tolerances. A
-#: larger value accepts edges at a larger angle to each other.
+#: Because the tolerance also limits the distance, this value has an effect only for lengths below ten
+#: tolerances. A larger value accepts edges at a larger angle to each other.
 LEAN = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar
@@ -27,11 +27,11 @@ _MOST_ANGLE_ACROSS = 0.34
 
 
 def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Return True for sides that face each other across a gap, shape (rows,).
+    """Return a mask of the pairs of sides that face each other across a gap, shape (rows,).
 
-    The sides must be nearly parallel. The width of what they share must be larger than a tenth of the gap,
-    and larger than the gap times the sine of the angle between them: smaller widths may be corners, which the
-    choice of the bisector moves.
+    The sides must be nearly parallel. Their shared width must be larger than a tenth of the gap, and larger
+    than the gap times the sine of the angle between them. A smaller shared width may belong to a corner, and
+    would depend on the choice of the bisector.
     """
     is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LEAN) * gap)
     return is_facing
@@ -61,7 +61,7 @@ class Items:
         Returns
         -------
         pair, item : ndarray, shape (found,)
-            Number of the pair, rising, and number of the item.
+            Index of the pair, in ascending order, and index of the item.
         """
         low, high = shapes.boxes
         block, other = pairs.T
@@ -92,7 +92,7 @@ def near_items(
     Returns
     -------
     pair, first, second : ndarray, shape (found,)
-        Number of the pair, rising, item of its first block, and item of its second block.
+        Index of the pair, in ascending order, and indices of the items of its first and second block.
     """
     one, other = kinds
     far = np.broadcast_to(far, len(pairs))
@@ -112,9 +112,10 @@ def near_items(
 
 @dataclass(frozen=True)
 class Facing(Rows, ABC):
-    """Segments or polygons that sides of two blocks share, halfway between these sides.
+    """Segments or polygons that the sides of two blocks share.
 
-    Two sides that face each other share the part of their bisecting line or plane onto which both project.
+    Two sides that face each other share the part of their bisecting line or plane onto which both sides
+    project.
     """
 
     #: Number of the pair of blocks that share each segment or polygon, in ascending order, shape (facing,).
@@ -150,8 +151,8 @@ class Facing(Rows, ABC):
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the tangents and the outlines of all shared segments or polygons.
 
-        An outline has an outer ring, which begins with the side along the tangent. Holes follow as further
-        rings.
+        An outline has an outer ring, which begins with the side along the tangent, and one further ring for
+        each hole. A *row* is a segment or a polygon.
 
         Returns
         -------
@@ -167,7 +168,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the segment or polygon with its number, shape (points,)."""
+        """Return the distance of each point from the segment or polygon ``number``, shape (points,)."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,7 @@ class Touches(Rows):
         return self.along, first + np.arange(len(is_line)), 1 + is_line, ends
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the contact with its number, shape (points,)."""
+        """Return the distance of each point from the contact with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
@@ -208,14 +209,14 @@ class Meetings(Rows):
     pair: np.ndarray  #: number of the pair of blocks, shape (meetings,)
     first: np.ndarray  #: number of the corner (in space, edge) of the first block, shape (meetings,)
     second: np.ndarray  #: number of the corner (in space, edge) of the second block, shape (meetings,)
-    start: (
-        np.ndarray
-    )  #: point halfway between the corners, or start of the common line, shape (meetings, 2|3)
-    end: np.ndarray  #: end of the common line, equal to ``start`` for a point, shape (meetings, 2|3)
+    #: Point halfway between the corners, or start of the common line, shape (meetings, 2) or (meetings, 3).
+    start: np.ndarray
+    #: End of the common line, equal to ``start`` for a point, shape (meetings, 2) or (meetings, 3).
+    end: np.ndarray
 
 
 class BlockCorners(ABC):
-    """Corners of blocks, and methods that find contacts of blocks at corners and along edges."""
+    """Base class of corners of blocks, with methods that find contacts at corners and along edges."""
 
     shapes: Extents
     point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
@@ -223,8 +224,8 @@ class BlockCorners(ABC):
     met: Items  #: corners (in space: edges) at which the contact of another block's corner has no normal
     start: np.ndarray  #: start of each corner or edge of ``met``, shape (items, 2) or (items, 3)
     end: np.ndarray  #: end of each corner or edge of ``met``, shape (items, 2) or (items, 3)
-    #: Smallest distance, relative to the tolerance, of a separate contact from the sides that two blocks
-    #: share.
+    #: Smallest distance, relative to the tolerance, of a contact from the sides that its two blocks share. A
+    #: contact at a smaller distance is part of the shared side.
     apart: float
 
     @abstractmethod
@@ -243,7 +244,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts at meetings, with the normals of :mod:`~.bisectors`."""
+        """Return the contacts where corners or edges meet, with the normals of :mod:`~.bisectors`."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Return the contacts at corners and edges that are away from shared sides and from each other.
@@ -287,8 +288,9 @@ class BlockCorners(ABC):
     ) -> Touches:
         """Return the contacts of corners on corners (in space, of edges along edges).
 
-        A contact is left out if its pair has a joint near it, or if both blocks share a side there with other
-        blocks, as where four bricks meet. The parameters are those of :meth:`without_normal`.
+        A contact is left out if its pair has a joint near it, or if both blocks share a side with other
+        blocks at that place, such as a point where four bricks meet. The parameters are those of
+        :meth:`without_normal`.
         """
         meetings = self.meetings(pairs[asked])
         meetings = replace(meetings, pair=asked[meetings.pair])
@@ -302,7 +304,7 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return True for each point at which both blocks of its pair have one of the given joints."""
+        """Return a mask of the points at which both blocks of a pair have one of the given joints."""
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [
@@ -316,7 +318,7 @@ class BlockCorners(ABC):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the pairs of blocks that meet at a point without a contact normal, and these points.
 
-        A point is left out if both blocks have a joint there, with each other or with other blocks.
+        A point is left out if both blocks have a joint at the point, with each other or with other blocks.
 
         Parameters
         ----------
@@ -330,7 +332,7 @@ class BlockCorners(ABC):
         Returns
         -------
         pair : ndarray, shape (points,)
-            Number of the pair, rising.
+            Index of the pair, in ascending order.
         point : ndarray, shape (points, 2) or (points, 3)
             Point at which the blocks of the pair meet.
         """
@@ -362,9 +364,9 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Return each point's distance from the nearest segment, polygon or contact that has the point's key.
+    """Return the distance of each point from the nearest row of ``found`` with the same key.
 
-    The shape is (points,). The distance is infinite if no row of ``found`` has the key of the point.
+    The shape is (points,). The distance is infinite if no row has the key of the point.
 
     Parameters
     ----------

@@ -22,11 +22,11 @@ from masonry_opt.scene.tables import as_path, parse_file
 #: of the thickest prism. A larger value accepts walls of eccentric blocks.
 _PLANE_TOLERANCE = 1e-4
 
-#: Default tolerance of lengths, relative to a solid's size. The value allows for coordinates in single
+#: Default tolerance of lengths, relative to the size of a solid. The value allows for coordinates in single
 #: precision.
 _RELATIVE_TOLERANCE = 1e-5
 
-#: Outlines of solids projected along a direction, and the solids' thicknesses in this direction, shape
+#: Outlines of solids projected along a direction, and thicknesses of the solids in this direction, shape
 #: (solids,).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 
@@ -35,13 +35,13 @@ _DrawnBlock = tuple[object, Any, bool, Any]
 
 #: Unit vectors of the axes by their names.
 _UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Keys of tables with the content of a COMPAS object. A table with none of these keys is a wrapper, with the
-#: content under "data" (in old files "value").
+#: Keys of tables with the content of a COMPAS object. A table without any of these keys is a wrapper, which
+#: has the content at the key "data" (in old files "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
 class CompasDrawing(stones.FlatDrawing):
-    """Values that the user adds to COMPAS data, such as friction; see :func:`read_compas`."""
+    """Values that the user gives for COMPAS data, such as friction; see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
 
@@ -64,41 +64,45 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     """Read a scene from COMPAS JSON: an assembly, a block model, or a list of meshes or polygons.
 
     In the plane, solids must be prisms along one common horizontal direction. They are projected along this
-    direction, with z upwards. Polygons are read as they are; if they lie in a plane z = constant, y is
-    upwards. In space blocks can have any shape; a support of one face is the top of a slab.
+    direction, with z upwards. Polygons are not projected. If they lie in a plane z = constant, y is upwards.
+    In space, blocks can have any shape. A support with a single face is replaced by a slab behind this face.
 
-    Raises CaseError if the file cannot be read, if a block is not a prism, if the blocks make no scene, or if
-    ``along`` is given for a scene in space. The message names the file and the block.
+    Raises CaseError if the file cannot be read, if a block is not a prism, if the blocks do not form a valid
+    scene, or if ``along`` is given for a scene in space. The message names the file and the block.
 
     Parameters
     ----------
-    path: A ``.json`` file written by COMPAS (compas_assembly, compas_cra, compas_dem; new or old).
-    friction: Of every joint, μ = tan φ.
-    unit_weight: Of solids, weight per unit volume: a block's ``weight`` is that times area times its own
-        thickness; of polygons, per unit area.
+    path: A ``.json`` file written by COMPAS (compas_assembly, compas_cra or compas_dem, in a new or old
+        version).
+    friction: Friction coefficient μ = tan φ of every joint.
+    unit_weight: Weight per unit volume for solids: in the plane, the weight of a block is the unit weight
+        times its area and its thickness. Weight per unit area for polygons.
     live: Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, or ``[fx,
         fy, fz]`` in space, at the centroid.
-    fixed: Names of blocks that are supports, beside those whose node or block says ``is_support``. Blocks are
-        named by their node; those of models and lists by their number, from 0.
+    fixed: Names of blocks that are supports, in addition to blocks whose node or block has ``is_support``.
+        The name of a block is the key of its node, or, in models and lists, its number, from 0.
     fixed_below: Blocks that reach down to this height z, or below, are supports too.
-    space: Whether the scene is in space (default: if ``live`` has three numbers; or if it is not given, nor
-        ``along``, and the blocks are no prisms of one wall).
-    along: The direction of the prisms: "x", "y", "z" (for solids that were drawn lying down: y is then
-        upwards), or three numbers. Default: the only level one along which all blocks are prisms with their
-        middles in one plane. Where it is named the middles may differ, as long as one plane cuts all blocks;
-        that eccentricity across the plane is left aside.
-    tolerance: Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for
-        faces, and of gaps as in :class:`Scene`).
-    contact_tolerance: Gap or overlap of edges (in space: faces) up to which blocks touch, such as mortar that
-        is not drawn; see :class:`Scene`.
+    space: True for a scene in space, False for a scene in the plane. By default the scene is in space if
+        ``live`` has three numbers. If neither ``live`` nor ``along`` is given, the scene is in space if the
+        blocks are not prisms of one wall.
+    along: Direction of the prisms: "x", "y", "z" (for walls that were drawn lying down, with y upwards in the
+        scene), or three numbers. The default is the only horizontal direction along which all blocks are
+        prisms whose middle planes coincide. If a direction is given, the middle planes may differ, as long as
+        one plane cuts all blocks. The analysis ignores this eccentricity.
+    tolerance: Length below which faces count as flat and gaps are ignored. The default is 1e-5 of the size of
+        a block for faces, and the default of :class:`Scene` for gaps.
+    contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, such as the
+        width of mortar that is not drawn; see :class:`Scene`.
     """
-    path = as_path(path, "such a drawing", ".json")
+    path = as_path(path, "a COMPAS file", ".json")
     data = parse_file(path)
     if space is None and live is not None:
         space = np.size(live) == 3
     if space and along is not None:
-        remedy = "omit 'along', or give 'live' two components"
-        raise CaseError(f"{path}: 'along' applies to scenes in the plane only: {remedy}")
+        raise CaseError(
+            f"{path}: 'along' applies only to scenes in the plane: "
+            "omit 'along', or give 'live' two components"
+        )
     given = locals() | {"along": _UNIT_VECTORS.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
@@ -118,7 +122,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Return the solids projected along the given direction, or else along the only possible direction.
+    """Return the solids projected along the given direction, or by default the only possible direction.
 
     Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
     """
@@ -136,8 +140,10 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
         except ValueError as error:
             failures.append(f"along {_direction_name(unit)} {error}")
     if not views:
-        instead = "If the wall has another direction or eccentric blocks, name the direction with 'along'"
-        raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(failures[:3])}. {instead}")
+        raise ValueError(
+            f"the blocks are not prisms of one wall: {'; '.join(failures[:3])}. "
+            "If the wall has another direction or eccentric blocks, give the direction as 'along'"
+        )
     if len(views) > 1:
         possible = " and along ".join(views)
         raise ValueError(f"all blocks are prisms along {possible}: choose a direction with 'along'")
@@ -171,10 +177,12 @@ def _axes(unit: np.ndarray) -> np.ndarray:
     if abs(abs(unit[2]) - 1) < 1e-9:
         return np.eye(3)[:2]
     if abs(unit[2]) > 1e-6:
-        raise ValueError("is neither horizontal nor vertical, so weights would not act in the plane")
+        raise ValueError(
+            "the direction is neither horizontal nor vertical, so weights would not act in the plane"
+        )
     across = np.cross(unit, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    # Look from the side from which the x axis points to the right (the y axis, if the view is along x).
+    # View the solids from the side on which x increases to the right (or y, if the view is along x).
     if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
         across = -across
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
@@ -183,7 +191,8 @@ def _axes(unit: np.ndarray) -> np.ndarray:
 def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     """Return the candidates for the direction along which all solids are prisms.
 
-    The candidates are y, x and the horizontal normals of the first solid's faces; for polygons also z.
+    The candidates are y, x and the horizontal normals of the faces of the first solid, and for polygons also
+    z.
     """
     x, y, z = np.eye(3)
     directions = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
@@ -199,7 +208,7 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
 def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
     """Return the outlines and thicknesses of solids that are prisms along a direction.
 
-    Raises ValueError, with the name of the block, if a block is not a prism or not in the common plane.
+    Raises ValueError, with the name of the block, if a block is not a prism or is not in the common plane.
     """
     plane = _axes(unit)
     outlines = []
@@ -217,14 +226,14 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
         if begin.max() >= end.min():
             behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
             raise ValueError(
-                f"block '{behind}' is entirely behind block '{before}': no plane cuts both blocks"
+                f"block '{behind}' is entirely behind block '{before}', but one plane must cut all blocks"
             )
     elif not flat:
         middle = (begin + end) / 2
         off = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
         if off.any():
             other = meshes[off.argmax()].name
-            raise ValueError(f"the middle of block '{other}' is not in the middle plane of most blocks")
+            raise ValueError(f"block '{other}' does not have the same middle plane as most other blocks")
     return outlines, end - begin
 
 
@@ -236,9 +245,9 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError(
-            "is a face that is not perpendicular to this direction"
+            "the block is a face that is not perpendicular to this direction"
             if mesh.flat
-            else "has no thickness in this direction"
+            else "the block has no thickness in this direction"
         )
     if not mesh.flat:
         refuse_holes(mesh, tolerance)
@@ -247,43 +256,49 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
         if np.ptp(along[side.rings[0]]) <= tolerance:
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:
-            raise ValueError("is not a prism: a face is neither parallel nor perpendicular to this direction")
+            raise ValueError(
+                "the block is not a prism: a face is neither parallel nor perpendicular to this direction"
+            )
     if len(ends) != 2 - mesh.flat:
         raise ValueError(
-            "is not a prism: in this direction it has a step, no end face, or an end face in several parts"
+            "the block is not a prism: in this direction it has a step, no end face, "
+            "or an end face in several parts"
         )
     if not all(end.is_valid for end in ends):
-        raise ValueError("has a face that crosses itself")
+        raise ValueError("the block has a face that crosses itself")
     if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
-        raise ValueError("is not a prism: its two end faces differ")
+        raise ValueError("the block is not a prism: its two end faces differ")
     return shapely.orient_polygons(ends[0])
 
 
 def _meshes(data: Any) -> list[Mesh]:
     """Return the blocks of COMPAS data as meshes.
 
-    The data is an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem, a
-    problem that contains one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError if it is
-    none of these, or if a block, which is named, cannot be read.
+    The data is an assembly of compas_assembly or compas_cra, a block model of compas_dem, a problem that
+    contains a block model, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError if the data
+    is of another kind, or if a block cannot be read.
     """
     meshes: dict[str, Mesh] = {}
     for key, shape, fixed, matrix in _drawn(data):
         name = stones.block_name(_text(key)) or "block"
         if name in meshes:
-            raise ValueError(f"has two blocks '{name}': rename one")
+            raise ValueError(f"two blocks are named '{name}': rename one of them")
         try:
             points, faces = _faces(shape)
             meshes[name] = Mesh(name, _moved(points, matrix), faces, fixed)
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-            why = str(error) if isinstance(error, CaseError) else "is not a mesh, polyhedron, box or polygon"
-            raise ValueError(f"block '{name}' {why}: remove the block, or draw it as a mesh") from None
+            why = "the block is not a mesh, polyhedron, box or polygon"
+            if isinstance(error, CaseError):
+                why = str(error)
+            named = why.replace("the block", f"block '{name}'", 1)
+            raise ValueError(f"{named}: remove the block, or draw it as a mesh") from None
     if not meshes:
-        raise ValueError("contains no blocks")
+        raise ValueError("the file contains no blocks")
     return list(meshes.values())
 
 
 def _text(key: object) -> str:
-    """Return the text of a key, without the quotes in which COMPAS may write it."""
+    """Return the text of a key without the quotes that COMPAS may add."""
     text = str(key)
     try:
         return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
@@ -307,7 +322,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, also if another object contains them."""
+    """Yield the blocks of an assembly, a model or a list, which another object may contain."""
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)
@@ -328,21 +343,23 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
     elif isinstance(blocks, list):
         yield from _drawn(blocks)
     else:
-        known = "an assembly, a model, or a list of meshes or polygons"
-        raise ValueError(f"is not COMPAS data: expected {known}")
+        raise ValueError(
+            "the file is not COMPAS data: "
+            "it must contain an assembly, a model, or a list of meshes or polygons"
+        )
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of a list; their keys are numbers from 0."""
+    """Yield the blocks of a list, with their numbers from 0 as keys."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
 def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the elements of a block model; their keys are numbers from 0."""
+    """Yield the elements of a block model, with their numbers from 0 as keys."""
     if model.get("transformation"):
-        raise ValueError("has a transformation of the whole model: apply the transformation before export")
+        raise ValueError("the whole model has a transformation: apply the transformation before export")
     elements = model["elements"]
     for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
         keys = _table(_table(element).get("data"))
@@ -380,14 +397,14 @@ def _is_support(attributes: Any) -> bool:
 
 
 def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Return the entries of a table, in ascending order of their keys if all keys are numbers."""
+    """Return the entries of a table, sorted by their keys if all keys are numbers."""
     if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
         return sorted(table.items(), key=lambda entry: int(entry[0]))
     return list(table.items())
 
 
 def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the points and faces of a mesh, polyhedron, box or polygon; a polygon has one face."""
+    """Return the points and faces of a mesh, polyhedron, box or polygon. A polygon has one face."""
     shape = _content(shape)
     if isinstance(shape, list):
         return _polygon(shape)
@@ -405,7 +422,7 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
         return _polygon(shape["points"])
     corners = _numbers(points)
     if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
-        raise CaseError("has no faces, or a face with fewer than three valid corners")
+        raise CaseError("the block has no faces, or a face with fewer than three valid corners")
     if len(faces) == 1:
         return corners[faces[0]], [list(range(len(faces[0])))]
     return corners, faces
@@ -418,7 +435,7 @@ def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
     z = np.cross(x, y)
     half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
     if not (z.any() and min(half) > 0):
-        raise CaseError("is a box with a size of zero, or its frame has parallel axes")
+        raise CaseError("the block is a box with a size of zero, or its frame has parallel axes")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
     return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
@@ -430,22 +447,22 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
     if len(corners) > 1 and (corners[0] == corners[-1]).all():
         corners = corners[:-1]
     if len(corners) < 3:
-        raise CaseError("is a polygon with fewer than three corners")
+        raise CaseError("the block is a polygon with fewer than three corners")
     return corners, [list(range(len(corners)))]
 
 
 def _numbers(points: list[Any]) -> np.ndarray:
-    """Return the coordinates of points, shape (points, 3); z is 0 for points with two coordinates."""
+    """Return the coordinates of points, shape (points, 3), with z = 0 for points of two coordinates."""
     rows = [tuple(map(_number, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
-        raise CaseError("has a corner that has neither two nor three coordinates")
+        raise CaseError("the block has a corner that has neither two nor three coordinates")
     return np.array([(*row, 0.0)[:3] for row in rows])
 
 
 def _number(value: Any) -> float:
     """Return a coordinate as a number. Raises CaseError if the value is not a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
-        raise CaseError("has a coordinate that is not a number")
+        raise CaseError("the block has a coordinate that is not a number")
     return float(value)
 
 
@@ -455,5 +472,5 @@ def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
         return points
     matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
-        raise CaseError("has a transformation that is not a 4 × 4 matrix")
+        raise CaseError("the block has a transformation that is not a 4 × 4 matrix")
     return points @ matrix[:3, :3].T + matrix[:3, 3]

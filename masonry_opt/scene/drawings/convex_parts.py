@@ -11,22 +11,22 @@ from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.faces import place
 
-#: Largest number of convex parts of one block. A block that needs more parts is refused: it usually has a
-#: curved surface, with too many contacts for an analysis.
+#: Largest number of convex parts of one block. A block that needs more parts raises an error, because it
+#: usually has a curved surface with too many contacts for an analysis.
 _MOST_PIECES = 1000
 
 #: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
 _COPLANAR_SHARE = 1e-3
 
-#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, a part may count as
-#: having no volume after rounding.
+#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, rounding may reduce
+#: the volume of a part to zero.
 _THINNEST = 2.0
 
-#: Largest share of a block's volume in parts that are omitted because they are thinner than the tolerance.
-#: For a block with curved surfaces the share is about 0.03 %.
+#: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.
+#: For a block with curved surfaces the fraction is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
 
-#: Positions of points between the middle and the corners of a hull: 0 is the middle, 1 a corner.
+#: Positions of test points on the lines from the middle of a hull (0) to its corners (1).
 _SHARES = (0.35, 0.7)
 
 #: Corners of a unit square.
@@ -72,10 +72,10 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
 
 
 def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
-    """Return True if a block is its convex hull, except for a layer of the thickness of the tolerance.
+    """Return True if a block equals its convex hull, except for a layer as thick as the tolerance.
 
-    Surfaces that cross each other may enclose the volume of the hull by chance. The winding number is
-    therefore computed at points between the middle of the hull and its corners.
+    Surfaces that cross each other may enclose the volume of the hull by chance. Therefore the winding number
+    is checked at points between the middle of the hull and its corners.
     """
     if abs(hull.volume - block.volume) > tolerance * block.area:
         return False
@@ -89,18 +89,19 @@ def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
 def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     """Divide a closed polyhedron into convex polyhedra.
 
-    The algorithm is binary space partition (Fuchs, Kedem and Naylor 1980). Space is cut along the planes of
-    sides, and each cell along the planes of the sides in it, until no cell has a side inside. Sides that cut
-    off only empty space come first, then those that cut the fewest other sides. A cell is a part if the
-    winding number of the block's surface at the middle of the cell is 1. Parts thinner than the tolerance
-    are omitted. If the block has several closed surfaces, which may touch, the parts fill all of them.
+    The algorithm is binary space partitioning (Fuchs, Kedem and Naylor 1980). Space is divided along the
+    plane of a side. Each resulting cell is divided along the planes of the sides in it, until no cell
+    contains a side. Sides that cut off only empty space are chosen first, and then sides that cut the fewest
+    other sides. A cell is a part if the winding number of the block's surface at the middle of the cell is 1.
+    Parts thinner than the tolerance are omitted. If the block has several closed surfaces, which may touch,
+    the parts fill all of them.
 
-    Raises ValueError if the sides do not close or cross each other, if there are too many parts, or if there
-    is none.
+    Raises ValueError if the sides do not form a closed surface, if they cross each other, if there are too
+    many parts, or if there is no part.
     """
     sides = [side for side in block.sides if side.width > tolerance]
     if not sides:
-        raise ValueError(f"has no face wider than the tolerance of {tolerance:.3g}: lower 'tolerance'")
+        raise ValueError(f"the block has no face wider than the tolerance {tolerance:.3g}: lower 'tolerance'")
     base, normal = np.array([(side.base, side.normal) for side in sides]).reshape(-1, 2, 3).swapaxes(0, 1)
     surface = fan_triangles(block)
     queue = [(_pieces(block.points, sides, tolerance), _box_around(block.points, sides))]
@@ -117,19 +118,20 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
                 parts += _part(clipped, surface, tolerance)
         if len(parts) + len(queue) > _MOST_PIECES:
             raise ValueError(
-                f"is not convex and would need more than {_MOST_PIECES} convex parts: simplify the block"
+                "the block is not convex and would need "
+                f"more than {_MOST_PIECES} convex parts: simplify the block"
             )
     if not parts:
         raise ValueError(
-            f"has no volume thicker than the tolerance of {tolerance:.3g}: draw the faces of a solid, "
-            "or lower 'tolerance'"
+            f"the block has no part thicker than the tolerance {tolerance:.3g}: "
+            "draw the faces of a solid, or lower 'tolerance'"
         )
     _check_volume(block, parts, tolerance)
     return parts
 
 
 def _box_around(points: np.ndarray, sides: list[Side]) -> list[np.ndarray]:
-    """Return the faces of a box that contains all sides and is three times as large as them."""
+    """Return the faces of a box that has three times the size of the bounding box of all sides."""
     corners = points[np.unique([corner for side in sides for corner in side.rings[0]])]
     low, high = corners.min(axis=0), corners.max(axis=0)
     low, high = low - (high - low), high + (high - low)
@@ -137,20 +139,20 @@ def _box_around(points: np.ndarray, sides: list[Side]) -> list[np.ndarray]:
 
 
 def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
-    """Raise ValueError if the volumes of a block's parts do not add up to the volume of the block."""
+    """Raise ValueError if the sum of the volumes of the parts differs from the volume of the block."""
     missing = abs(sum(part.volume for part in parts) - block.volume)
     rounding = tolerance * block.area
     edge = block.unclosed()
     if edge is not None and missing > rounding:
         one, other = map(place, edge)
         raise ValueError(
-            f"is not closed at its edge from {one} to {other}: each edge must belong to two faces"
+            f"the block is not closed at its edge from {one} to {other}: each edge must belong to two faces"
         )
     if missing > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
         share = missing / abs(block.volume)
         raise ValueError(
-            f"has {share:.2g} of its volume in places thinner than the tolerance of {tolerance:.3g}: "
-            "lower 'tolerance', or remove the thin places"
+            f"the block has {share:.2%} of its volume in places thinner than the tolerance "
+            f"{tolerance:.3g}: lower 'tolerance', or remove the thin places"
         )
 
 
@@ -164,7 +166,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
             convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
         except shapely.errors.GEOSException:
             raise ValueError(
-                "has a face that crosses itself: list its corners in order around the face"
+                "the block has a face that crosses itself: list its corners in order round the face"
             ) from None
         rings += [side.base + piece @ across(side.normal) for piece in convex]
         numbers += [number] * len(convex)
@@ -172,7 +174,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """Choose the side along whose plane a cell is cut next, and return the side's index."""
+    """Return the index of the side along whose plane a cell is divided next."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
     ahead, behind = high > tolerance, low < -tolerance
@@ -181,7 +183,7 @@ def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: floa
 
 
 def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
-    """Cut pieces along a plane; return the pieces in front of the plane and the pieces behind it.
+    """Divide pieces along a plane into pieces in front of the plane and pieces behind the plane.
 
     Pieces in the plane are left out.
     """
@@ -199,7 +201,7 @@ def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: f
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a convex polygon behind a plane, and the corners of the part in the plane."""
+    """Return the part of a convex polygon behind a plane, and the corners of this part in the plane."""
     height = (ring - base) @ normal
     after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
     crosses = (height > 0) != (height_after > 0)
@@ -224,10 +226,10 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 
 def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
-    """Return the convex polyhedron that fills a cell, in a list; the list is empty if there is none.
+    """Return a list with the convex polyhedron that fills a cell, or an empty list.
 
-    A cell outside the block has no polyhedron. A cell thinner than the tolerance has none either. Raises
-    ValueError if the cell is inside a surface that crosses itself.
+    The list is empty if the cell is outside the block or thinner than the tolerance. Raises ValueError if the
+    cell is inside a surface that crosses itself.
     """
     points = np.concatenate(cell)
     middle = points.mean(axis=0)
@@ -238,14 +240,16 @@ def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list
     if shape is None:
         return []
     if not 0.5 < winding < 1.5:
-        raise ValueError(f"has faces that cross or coincide near {place(middle)}: draw one closed surface")
+        raise ValueError(
+            f"the block has faces that cross or coincide near {place(middle)}: draw one closed surface"
+        )
     return [shape]
 
 
 def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
     """Return the convex hull of points, or None if the hull is thinner than the tolerance.
 
-    The convex hull is a closed surface in spite of rounding errors of the points.
+    The surface of the hull is closed in spite of rounding errors of the points.
     """
     # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
     from scipy.spatial import ConvexHull, QhullError
@@ -254,7 +258,7 @@ def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        # A narrow side may have been merged in an inaccurate plane: merge fewer triangles.
+        # Narrow triangles may have been merged to a side with an inaccurate plane. Merge fewer triangles.
         if not shape.convex(tolerance):
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):

@@ -11,11 +11,12 @@ _MOST_PLACES = 10
 
 
 class Defect(NamedTuple):
-    """A part of a drawing that cannot be read as part of a block."""
+    """Entity of a drawing that cannot be read as a part of a block."""
 
     where: str  #: kind, handle and layer of the entity
-    mistake: str  #: predicate of the message if the drawing has one such defect, such as "is open"
-    several: str  #: subject and predicate of the message about several defects, such as "outlines are open"
+    mistake: str  #: predicate of the message about a single defect, such as "is open"
+    #: subject and predicate of the message about several defects of one kind, such as "outlines are open"
+    several: str
     remedy: str
     place: str = ""  #: end of the description of the place, such as " at (1, 2)"
 
@@ -27,7 +28,7 @@ class Defects:
         self._found: list[Defect] = []
 
     def add(self, defect: Defect) -> None:
-        """Add a defect; the drawing is read on, to find others."""
+        """Add a defect without raising an error, so that further defects can be found."""
         self._found.append(defect)
 
     def refuse(self) -> None:

@@ -25,11 +25,12 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
 
-#: Words that mark a layer of windows or doors: a layer counts if its name contains one of these words.
+#: Words that mark layers of windows or doors. The name of such a layer contains one of these words.
 WINDOWS = ("window", "door", "opening")
 
-#: Smallest and largest size of a drawing, in metres, at which its unit is not doubted. Models in laboratories
-#: are larger than the smallest size, and aqueducts smaller than the largest.
+#: Smallest and largest plausible size of a drawing, in metres. Models in laboratories are larger than the
+#: smallest size, and aqueducts are smaller than the largest size. A warning reports a drawing of any other
+#: size, because its unit may be wrong.
 _SMALLEST_DRAWING = 0.1
 _LARGEST_DRAWING = 1000.0
 
@@ -38,7 +39,7 @@ _MOST_COPIES = 10
 
 
 class DxfDrawing(stones.FlatDrawing):
-    """Values that the user adds to a DXF drawing, such as friction, and the meaning of its layers.
+    """Values that the user gives for a DXF drawing, such as friction, and the meaning of its layers.
 
     See :func:`read_dxf`.
     """
@@ -80,59 +81,66 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
 ) -> Scene:
     """Read a scene from the closed outlines of a DXF drawing, or from a net of joint lines.
 
-    Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
-    pieces of ellipses and splines of one layer. They are read from the model space, on visible layers. Each
-    outline is a block. An outline inside another one is a hole of it, and one inside a hole is a block again.
-    A text inside a block is its name, if it is the only text there and names no other block. Other blocks are
-    named by layer and handle. Blocks are in the order of the drawing. Further copies of an outline are left
-    out. A DrawingWarning names them; another one doubts a unit ($INSUNITS) that does not fit the size.
+    Outlines are closed polylines, circles, ellipses and splines, and closed loops of lines, arcs, open
+    polylines and pieces of ellipses and splines on one layer. They are read from the visible layers of the
+    model space. Each outline is a block. An outline inside another outline is a hole, and an outline inside a
+    hole is a block again. If a block contains exactly one text, and no other block contains the same text,
+    the text is the name of the block. Other blocks are named by layer and handle. Blocks are in the order of
+    the drawing. Further copies of an outline are left out, and a DrawingWarning names them. Another
+    DrawingWarning reports a unit ($INSUNITS) that does not fit the size of the drawing.
 
-    In a net the blocks are the closed cells between all lines, which may cross and branch, and the supports,
-    which are closed outlines. Cells are named by layer and number, from below and from the left.
+    In a net of joint lines, the blocks are the closed cells between all lines, which may cross and branch.
+    The supports are closed outlines. Cells are named by layer and number, from the bottom upwards and from
+    left to right.
 
-    Raises CaseError if the file cannot be read, an outline is not a block, or the blocks make no scene. The
-    message names the file, and all wrong entities by handle, layer and place. Raises OptionError if ezdxf, of
-    the extra "drawings", is not installed, if the thickness is not a positive number, or if ``window_layers``
-    are given without ``net``.
+    Raises CaseError if the file cannot be read, if an outline is not a block, or if the blocks do not form a
+    valid scene. The message names the file, and all wrong entities by handle, layer and place. Raises
+    OptionError if ezdxf is not installed, which is part of the extra "drawings", if the thickness is not a
+    positive number, or if ``window_layers`` are given without ``net``.
 
     Parameters
     ----------
     path: A ``.dxf`` file, text or binary.
-    friction: Of every joint, μ = tan φ.
-    unit_weight: Weight per unit area (of the scene's units); with a thickness per unit volume.
-    live: Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid; with a
-        thickness ``[fx, fy, fz]``.
-    live_layers: In place of ``live``, that of the blocks on single layers, by name.
-    layers: Read these layers alone, supports included (default: all).
+    friction: Friction coefficient μ = tan φ of every joint.
+    unit_weight: Weight per unit area, or per unit volume if a thickness is given, in the units of the scene.
+    live: Live force on every movable block as a multiple of its weight, at the centroid: ``[fx, fy]``, or
+        ``[fx, fy, fz]`` if a thickness is given.
+    live_layers: Live forces, as for ``live``, by the name of the layer on whose blocks they act in place of
+        ``live``.
+    layers: Layers to read, including the layers of supports (default: all).
     without_layers: Layers to leave out.
-    fixed_layers: Blocks are supports if the name of their layer contains one of these words, in capitals or
-        not.
+    fixed_layers: Words that mark supports. A block is a support if the name of its layer contains one of
+        these words, in upper or lower case.
     fixed_below: Blocks that reach down to this height y of the drawing, or below, are supports too.
-    net: Whether lines are joints, and the cells between them blocks.
-    window_layers: Of a net: what lines of layers with one of these words in their name enclose is no block.
-    tolerance: Length below which gaps and overlaps between blocks are nothing (default: as in
+    net: True if lines are joints, and the cells between the lines are blocks.
+    window_layers: Words that mark windows in a net. A region is not a block if lines enclose it that are on
+        layers with one of these words in their names.
+    tolerance: Length below which gaps and overlaps between blocks are ignored (default: as in
         :class:`Scene`).
-    contact_tolerance: Gap or overlap of facing edges up to which blocks touch, such as mortar that is not
-        drawn; see :class:`Scene`.
-    outline_tolerance: Gap up to which two ends of lines meet in an outline, where no third one is as near;
-        ends that meet within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else
-        those 1e-6). Of a net: gap up to which an end goes on to the next line, and width of the narrowest
-        cell (default: the sagitta, or the tolerance if that is more).
-    sagitta: Largest distance between a curve and the chords that take its place (default: 1e-4 of the
-        drawing's diagonal). The chords' ends lie on the curve.
-    to_metres: Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in
-        metres.
-    thickness: In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is
-        x, its y is z, and the blocks go from y = 0 to the thickness.
+    contact_tolerance: Largest gap or overlap of facing edges that are in contact, such as the width of mortar
+        that is not drawn; see :class:`Scene`.
+    outline_tolerance: Largest gap between two ends of lines that are joined to an outline, if no third end is
+        as near. Ends within 1e-6 of the drawing's diagonal are joined first. The default is the tolerance,
+        or 1e-6 of the diagonal if no tolerance is given. In a net, the largest gap over which an end is
+        extended to the next line, and the width of the narrowest cell (default: the larger of sagitta and
+        tolerance).
+    sagitta: Largest distance between a curve and the chords that replace it (default: 1e-4 of the drawing's
+        diagonal). The ends of the chords are on the curve.
+    to_metres: True to scale the drawing from its own unit ($INSUNITS) to metres. All other arguments are then
+        in metres.
+    thickness: Thickness to which the blocks are extruded, which makes a scene in space; see :func:`extrude`.
+        The x axis of the drawing becomes x, its y axis becomes z, and blocks extend from y = 0 to the
+        thickness.
     """
     return read_with_layers(path, DxfDrawing.of(locals())).scene
 
 
 class DxfScene(NamedTuple):
-    """The scene of a DXF drawing, and the use of the drawing's layers."""
+    """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
-    layers: list[str]  #: lines that list the layers that were read, and those that were not, with the reasons
+    #: lines of text that list the layers that were read, and the layers that were not read, with reasons
+    layers: list[str]
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
@@ -140,10 +148,12 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
 
     Raises the errors, and issues the warnings, of :func:`read_dxf`.
     """
-    path = as_path(path, "such a drawing", ".dxf")
+    path = as_path(path, "a DXF drawing", ".dxf")
     if not drawing.net and drawing.window_layers != list(WINDOWS):
-        instead = "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
-        raise OptionError(f"'window_layers' (--window-layer) applies only to a net of joint lines: {instead}")
+        raise OptionError(
+            "'window_layers' (--window-layer) applies only to a net of joint lines: "
+            "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
+        )
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
         scale = _scale(document) if drawing.to_metres else 1.0
@@ -154,7 +164,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         found, copies = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
         if not found:
-            raise ValueError(f"contains no closed outline in its model space{_known(shown)}")
+            raise ValueError(f"the model space contains no closed outline{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # The live load of each block as a multiple of its weight.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
@@ -180,7 +190,7 @@ def _scale(document: Any) -> float:
     scale = outlines.metres(document)
     if scale is None:
         raise ValueError(
-            "has no unit ($INSUNITS): set the unit in the drawing, or read it without scaling to metres"
+            "the drawing has no unit ($INSUNITS): set the unit, or read the drawing without scaling to metres"
         )
     return scale
 
@@ -204,7 +214,7 @@ def _outlines(
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
     joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
     if joints:
-        defects.refuse()  # a support that is missing would cause defects of the net
+        defects.refuse()  # report now, because a missing support would cause further defects of the net
         near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
@@ -218,25 +228,25 @@ def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
 
 
 def _are_fixed(found: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
-    """Return for each outline whether it is a support, by its layer or by its lowest point."""
+    """Return True for each outline that is a support because of its layer or its lowest point."""
     below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
     return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= below for shape in found]
 
 
 def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
-    """Return the warning that copies of outlines were left out; an empty text if there are no copies."""
+    """Return the warning that copies of outlines were left out, or an empty text without copies."""
     if not copies:
         return ""
     pairs = [f"{copy.where} repeats {original.where}" for copy, original in copies[:_MOST_COPIES]]
     if len(copies) > _MOST_COPIES:
         pairs.append(f"and {len(copies) - _MOST_COPIES} more")
     many = counted(len(copies), "outline")
-    is_or_are = "is drawn twice and was" if len(copies) == 1 else "are drawn twice and were"
-    return f"{many} {is_or_are} read once: {'; '.join(pairs)}"
+    is_or_are = "is" if len(copies) == 1 else "are"
+    return f"{many} {is_or_are} drawn twice, and each copy was left out: {'; '.join(pairs)}"
 
 
 def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
-    """Return the warning that the drawing's unit does not fit its size, or an empty text.
+    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
 
     ``extent`` is the width and height of the drawing in its own unit.
     """
@@ -248,11 +258,13 @@ def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
 
     name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
     how_large = "only" if size * unit < _SMALLEST_DRAWING else "as much as"
-    means = f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high"
-    effect = "lengths stay as drawn, and the unit weight refers to them"
+    effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
-    return f"{means}: correct the unit in the drawing if this is wrong; {effect}"
+    return (
+        f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high: "
+        f"correct the unit in the drawing if it is wrong; {effect}"
+    )
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:
@@ -318,7 +330,7 @@ def _has(curve: Curve, words: Iterable[str]) -> bool:
 
 
 def _has_word(name: str, words: Iterable[str]) -> bool:
-    """Return True if a name contains one of the given words, in capitals or not."""
+    """Return True if a name contains one of the given words, in upper or lower case."""
     return any(word.casefold() in name.casefold() for word in words)
 
 
@@ -365,30 +377,33 @@ def _blocks(
         for layer, reason in unread.items():
             if _has_word(layer, words):
                 raise ValueError(
-                    f"no block is a support: layer '{layer}' was not read ({reason}); show it, or read it too"
+                    f"no block is a support: layer '{layer}' was not read ({reason}): "
+                    "show the layer in the drawing, or read it too"
                 )
-        instead = "move the supports to such a layer, name their layer with 'fixed_layers' (--fixed-layer), "
-        instead += "or fix all blocks that reach down to a height with 'fixed_below' (--fixed-below)"
-        raise ValueError(f"no block is a support: no block is on a layer {named}; {instead}")
+        raise ValueError(
+            f"no block is a support: no block is on a layer {named}; move the supports to such a layer, "
+            "name their layer with 'fixed_layers' (--fixed-layer), or fix all blocks "
+            "that reach down to a height with 'fixed_below' (--fixed-below)"
+        )
     return blocks
 
 
 def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
 
-    Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it on
-    the layer "names". Parts of a block that touch are one outline. :func:`read_dxf` reads the same blocks
-    again. Weights, loads and joints are not drawn.
+    Each block is drawn in the length unit of the scene, with its holes. Its name is a text inside the block,
+    on the layer "names". Touching parts of a block are drawn as one outline. :func:`read_dxf` reads the same
+    blocks again. Weights, loads and joints are not drawn.
 
     Raises CaseError if the argument is not a scene, if a block has no area or separate parts, or if the path
-    does not end in ``.dxf``. Raises OptionError if ezdxf, of the extra "drawings", is not installed, or if a
-    file exists that was not written by this package, unless ``force`` is True. Files of this package are
-    recognised by a mark in them. Raises OutputError if the file cannot be written; an old one is then
-    unchanged.
+    does not end in ``.dxf``. Raises OptionError if ezdxf is not installed, which is part of the extra
+    "drawings", or if a file exists that was not written by this package, unless ``force`` is True. Files of
+    this package are recognised by a mark in them. Raises OutputError if the file cannot be written; an
+    existing file is then not changed.
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"only a Scene can be written as a drawing (found {type(scene).__name__})")
-    path = as_path(path, "such a drawing", ".dxf")
+    path = as_path(path, "a DXF drawing", ".dxf")
     refuse_replacing(path, force)
     ezdxf = outlines.ezdxf()
     document = ezdxf.new("R2010")
@@ -398,8 +413,8 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     space = document.modelspace()
     geometry(scene)  # raises CaseError if the outline of a block has no area or crosses itself
     drawn = [(block, _drawn(block, scene)) for block in scene.in_plane()]
-    # Write blocks with holes first: if a hole and the block in it have equal outlines, ``read_dxf`` takes the
-    # first outline for the hole.
+    # Write blocks with holes first: if a hole and the block in it have equal outlines, ``read_dxf`` reads the
+    # first outline as the hole.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
         for ring in (polygon.exterior, *polygon.interiors):
@@ -417,7 +432,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
 def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
     """Return a block as one polygon.
 
-    A block with one outline and no hole keeps its corners in their order. Raises CaseError if the block has
+    The corners of a block with one outline and no hole are not reordered. Raises CaseError if the block has
     separate parts.
     """
     rings = [shapely.Polygon(ring) for ring in block.rings]

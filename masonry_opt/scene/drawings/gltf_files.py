@@ -19,14 +19,15 @@ _HEADER = (b"glTF", 2)
 #: Numpy types of the numbers in accessors, by the code ``componentType`` (glTF 2.0, section 3.6.2.2).
 _COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
-#: Codes of the primitives that are triangles, strips of triangles and fans of triangles. Points and lines are
-#: ignored.
+#: Code of a primitive that consists of separate triangles. Points and lines are ignored.
 _TRIANGLES = 4
+#: Code of a primitive that is a strip of triangles.
 _STRIP = 5
+#: Code of a primitive that is a fan of triangles.
 _FAN = 6
 
-#: Largest number of corners of all nodes. A file with more corners is refused. A small file may have more,
-#: because many nodes can show one mesh.
+#: Largest number of corners of all nodes. A file with more corners raises an error. Even a small file may
+#: have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
 
@@ -48,7 +49,7 @@ def read_gltf(data: bytes, name: str) -> list[Mesh]:
     try:
         return _Gltf.of(data).meshes(name)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
-        raise ValueError("not valid glTF: a part is missing; export the stones again") from None
+        raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
 
 
 @dataclass(frozen=True)
@@ -65,19 +66,22 @@ class _Gltf:
         if data[:4] == _HEADER[0]:
             version = struct.unpack_from("<I", data, 4)[0]
             if version != _HEADER[1]:
-                raise ValueError(f"is glTF version {version}: export version {_HEADER[1]}")
+                raise ValueError(f"the file is glTF version {version}: export version {_HEADER[1]}")
             length = struct.unpack_from("<I", data, 12)[0]
             text, binary = data[20 : 20 + length], data[28 + length :]
         try:
             tree = json.loads(text)
         except ValueError as error:
-            raise ValueError(f"not valid glTF: {str(error)[:200]}; export the stones again") from None
+            why = str(error)[:200]
+            raise ValueError(f"the file is not valid glTF: {why}; export the blocks again") from None
         if not isinstance(tree, dict):
-            raise ValueError("not valid glTF: the JSON part is not an object; export the stones again")
+            raise ValueError(
+                "the file is not valid glTF: the JSON part is not an object; export the blocks again"
+            )
         return cls(tree, binary)
 
     def meshes(self, name: str) -> list[Mesh]:
-        """Return one mesh for each node with triangles; the layers are the names of the nodes above it."""
+        """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
         meshes = []
         corners = 0
         for node, matrix, layers in self._nodes():
@@ -87,7 +91,7 @@ class _Gltf:
             points, faces = self._primitives(drawn["primitives"])
             corners += len(points)
             if corners > _MOST_GLTF_CORNERS:
-                raise ValueError(f"has more than {_MOST_GLTF_CORNERS} corners: simplify the blocks")
+                raise ValueError(f"the file has more than {_MOST_GLTF_CORNERS} corners: simplify the blocks")
             if faces:
                 placed = points @ matrix[:3, :3].T + matrix[:3, 3]
                 own = stones.block_name(str(node.get("name", drawn.get("name", name))))
@@ -95,17 +99,19 @@ class _Gltf:
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
-        """Yield the nodes of the scene with their transformations, and the names of the nodes above them."""
+        """Yield the nodes of the scene with their transformations and the names of their parent nodes."""
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
-        # The last entry of the queue is taken next, so that nodes are in the order of the file.
+        # Store the nodes in reverse order, because the last entry of the queue is processed next.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
         visited: set[int] = set()
         while queue:
             number, above, layers = queue.pop()
             if number in visited:
-                raise ValueError("not valid glTF: a node has two parents; export the stones again")
+                raise ValueError(
+                    "the file is not valid glTF: a node has two parents; export the blocks again"
+                )
             visited.add(number)
             node = nodes[number]
             matrix = above @ _transformation(node)
@@ -121,13 +127,13 @@ class _Gltf:
         for primitive in primitives:
             compressed = [key for key in primitive.get("extensions", {}) if "compression" in key]
             if compressed:
-                raise ValueError(f"is compressed ({compressed[0]}): export without compression")
+                raise ValueError(f"the file is compressed ({compressed[0]}): export without compression")
             points = self._numbers(primitive["attributes"]["POSITION"], 3)
             order = np.arange(len(points))
             if "indices" in primitive:
                 order = self._numbers(primitive["indices"], 1).ravel().astype(np.int64)
             if len(order) and not order.max() < len(points):
-                raise ValueError("not valid glTF: a face refers to a corner that does not exist")
+                raise ValueError("the file is not valid glTF: a face refers to a corner that does not exist")
             faces += (first + _triangles_of(order, primitive.get("mode", _TRIANGLES))).tolist()
             corners.append(points)
             first += len(points)
@@ -137,7 +143,7 @@ class _Gltf:
         """Return the numbers of an accessor, shape (count, columns)."""
         accessor = self.tree["accessors"][number]
         if "sparse" in accessor or "bufferView" not in accessor:
-            raise ValueError("has a sparse accessor, which is not read: export the stones without shape keys")
+            raise ValueError("the file has a sparse accessor: export the blocks without shape keys")
         view = self.tree["bufferViews"][accessor["bufferView"]]
         kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
         row = columns * kind.itemsize
@@ -146,7 +152,9 @@ class _Gltf:
         count = accessor["count"]
         buffer = self._buffer(view["buffer"])
         if min(start, count) < 0 or stride < row or start + stride * (count - 1) + row > len(buffer):
-            raise ValueError("not valid glTF: the file ends before its last corner; export the stones again")
+            raise ValueError(
+                "the file is not valid glTF: it ends before its last corner; export the blocks again"
+            )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
         if accessor.get("normalized"):
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
@@ -160,16 +168,18 @@ class _Gltf:
         head, _, content = uri.partition(",")
         if not head.startswith("data:") or not head.endswith(";base64"):
             raise ValueError(
-                f"refers to another file ({stones.block_name(uri)[:60]}): export one .glb file instead"
+                f"the file refers to another file ({stones.block_name(uri)[:60]}): export one .glb file"
             )
         try:
             return base64.b64decode(content, validate=True)
         except binascii.Error:
-            raise ValueError("not valid glTF: a buffer is not base64 text; export the stones again") from None
+            raise ValueError(
+                "the file is not valid glTF: a buffer is not base64 text; export the blocks again"
+            ) from None
 
 
 def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
-    """Return the triangles of a primitive, shape (triangles, 3), from its corners in their order."""
+    """Return the triangles of a primitive, shape (triangles, 3), from its ordered corners."""
     if mode == _TRIANGLES:
         return order[: len(order) // 3 * 3].reshape(-1, 3)
     if len(order) < 3 or mode not in (_STRIP, _FAN):
@@ -177,13 +187,13 @@ def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
     if mode == _FAN:
         return np.column_stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]])
     strip = np.column_stack([order[:-2], order[1:-1], order[2:]])
-    # Every second triangle of a strip is oriented the other way round.
+    # Every second triangle of a strip has the opposite orientation.
     strip[1::2] = strip[1::2, [1, 0, 2]]
     return strip
 
 
 def _transformation(node: dict[str, Any]) -> np.ndarray:
-    """Return the transformation of a node relative to the node above it, shape (4, 4)."""
+    """Return the transformation of a node relative to its parent node, shape (4, 4)."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)

@@ -21,14 +21,15 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 #: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
-#: Upward axis of mesh files, by the ending of their names; of other files it is z. The glTF standard
-#: demands y.
+#: Upward axis of mesh files, by the ending of the file name. The glTF standard requires y. The upward axis of
+#: all other files is z.
 _UPWARDS = {".glb": "y", ".gltf": "y"}
 
-#: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle takes about 100 bytes.
+#: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle needs about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
-#: Axes x, y, z of the scene in the file's axes, one row for each axis, by the file's upward axis.
+#: Axes x, y, z of the scene in the coordinates of the file, one row for each axis, by the upward axis of the
+#: file.
 _SCENE_AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -37,7 +38,7 @@ _SCENE_AXES = {
 
 
 class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
-    """Values that the user adds to a mesh file, such as friction, axes and unit; see :func:`read_mesh`."""
+    """Values that the user gives for a mesh file, such as friction, axes and unit; see :func:`read_mesh`."""
 
     model_config = ConfigDict(title="a mesh")
 
@@ -58,38 +59,41 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
 ) -> Scene:
     """Read a scene in space from a file of closed meshes, or from a folder with one mesh file for each block.
 
-    The blocks are the objects of an OBJ file, or its groups if it has no objects. In a glTF file they are the
-    nodes with a mesh. In a file with a single mesh, such as PLY and STL files, they are its closed surfaces.
-    In a folder each file is a block, and its name without the ending is the name of the block.
+    The blocks depend on the type of the file:
 
-    Faces of one plane are merged. If the corners of a block are at most four tolerances away from the planes
-    of its faces, its faces are flattened. Other faces that are not flat are cut into triangles. If the convex
-    hull of a block adds less volume than the tolerance times the block's surface, the hull takes the place of
-    the block. Other blocks that are not convex are cut into convex parts.
+    - OBJ: the objects of the file, or its groups if it has no objects.
+    - glTF: the nodes with a mesh.
+    - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
+    - A folder: each file is a block, whose name is the file name without the ending.
 
-    Raises CaseError if a file cannot be read, a block is not a closed surface or there are no supports. The
-    message names the file, and each block that is wrong. Raises OptionError if a file is PLY or STL and
-    trimesh, of the extra "meshes", is not installed.
+    Faces in one plane are merged. If the corners of a block are at most four tolerances away from the planes
+    of its faces, its faces are flattened. Other faces that are not flat are divided into triangles. If the
+    convex hull of a block adds less volume than the tolerance times the block's surface, the hull replaces
+    the block. Other blocks that are not convex are divided into convex parts.
+
+    Raises CaseError if a file cannot be read, if a block is not a closed surface, or if there are no
+    supports. The message names the file and each wrong block. Raises OptionError if a PLY or STL file is
+    given and trimesh is not installed, which is part of the extra "meshes".
 
     Parameters
     ----------
     path: A ``.obj``, ``.ply``, ``.stl``, ``.glb`` or ``.gltf`` file, or a folder of such files.
-    friction: Of every joint, μ = tan φ.
-    unit_weight: Weight per unit volume (of the scene's units).
+    friction: Friction coefficient μ = tan φ of every joint.
+    unit_weight: Weight per unit volume, in the units of the scene.
     live: Live force on every movable block as a multiple of its weight, ``[fx, fy, fz]``, at the centroid.
-    fixed: Names of blocks that are supports, beside those by name or height.
-    fixed_layers: Blocks are supports if the name of their object or its group (a layer, as most programs
-        write it) contains one of these words, in capitals or not.
+    fixed: Names of blocks that are supports, in addition to supports by ``fixed_layers`` or ``fixed_below``.
+    fixed_layers: Words that mark supports. A block is a support if the name of its object or group contains
+        one of these words, in upper or lower case. Most programs write the layer of an object as its group.
     fixed_below: Blocks that reach down to this height z, or below, are supports too.
     up: The axis of the file that points upwards, which becomes z by a rotation. Default: "y" in glTF files,
         "z" in all other files. Blender and game programs often write OBJ files with y upwards.
-    scale: By which all lengths of the file are multiplied: 0.001 for millimetres to metres. Other lengths
-        given are those of the scene.
-    tolerance: Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
-        (default: twice the last decimal where all coordinates have a few decimals and that is little beside
-        the blocks, else as in :class:`Scene`).
-    contact_tolerance: Gap or overlap of faces up to which blocks touch, such as mortar that is not drawn; see
-        :class:`Scene`.
+    scale: Factor that multiplies all lengths of the file, such as 0.001 from millimetres to metres. All other
+        arguments are in the units of the scene.
+    tolerance: Length below which gaps are ignored, faces count as flat, and corners of a block are merged.
+        The default is twice the unit of the last decimal place if all coordinates are rounded to few decimal
+        places and this length is small relative to the blocks. Otherwise the default is as in :class:`Scene`.
+    contact_tolerance: Largest gap or overlap of faces that are in contact, such as the width of mortar that
+        is not drawn; see :class:`Scene`.
     """
     path = as_path(path, "a mesh")
     drawing = MeshDrawing.of(locals())
@@ -97,7 +101,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
         drawn = _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
         repeated_names = repeated(mesh.name for mesh in drawn)
         if repeated_names:
-            raise ValueError(f"has two blocks '{repeated_names[0]}': rename one")
+            raise ValueError(f"two blocks are named '{repeated_names[0]}': rename one of them")
         meshes = stones.with_supports(drawn, drawing, drawing.fixed_layers)
         return stones.scene_in_space(meshes, drawing, path)
 
@@ -112,11 +116,13 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
         files = [file for file in folder.iterdir() if file.suffix.lower() in MESHES and file.name[0] != "."]
         size = sum(file.stat().st_size for file in files)
     except OSError as error:
-        raise ValueError(f"cannot be read: {error.strerror}") from None
+        raise ValueError(f"the folder cannot be read: {error.strerror}") from None
     if not files:
-        raise ValueError(f"contains no meshes: write one file for each block ({', '.join(MESHES)})")
+        raise ValueError(f"the folder has no meshes: write one file for each block ({', '.join(MESHES)})")
     if size > _LARGEST_MESH:
-        raise ValueError(f"contains more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks")
+        raise ValueError(
+            f"the folder has more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks"
+        )
     meshes: list[Mesh] = []
     mistakes: list[str] = []
     for file in sorted(files, key=_sort_key):
@@ -135,13 +141,13 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _sort_key(file: Path) -> list[tuple[int, str]]:
-    """Return a key that sorts file names with numbers by value: stone_2 before stone_10."""
+    """Return a key that sorts numbers in file names by value: stone_2 before stone_10."""
     parts = re.findall(r"([0-9]{1,18})|([^0-9]+)", file.name.casefold())
     return [(int(digits), "") if digits else (-1, text) for digits, text in parts]
 
 
 def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the meshes of a file; a single mesh is divided into its closed surfaces.
+    """Return the meshes of a file, or the closed surfaces of its mesh if it has only one.
 
     Raises CaseError if the ending of the file's name is not the ending of a mesh format.
     """
@@ -150,11 +156,11 @@ def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the meshes of a file in the scene's axes; supports are not marked yet.
+    """Return the meshes of a file in the axes of the scene, without marking supports.
 
     Raises ValueError if the file cannot be read.
     """
-    data = read_bytes(path, _LARGEST_MESH, ": simplify the blocks")
+    data = read_bytes(path, _LARGEST_MESH, "simplify the blocks")
     ending = path.suffix.lower()
     if ending == ".obj":
         meshes = _objects(data, path.stem)
@@ -164,7 +170,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
         meshes = read_gltf(data, path.stem)
     if not meshes:
         raise ValueError(
-            "has no complete faces: export closed surfaces in the format that the name ends with"
+            "the file has no complete faces: export closed surfaces, in the format of the file name"
         )
     for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
@@ -182,7 +188,7 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
     In a file without objects, return its groups; in a file without groups, return one mesh with the given
     name.
 
-    Polygons stay whole. Readers of triangles would cut a notched polygon into a fan, which is wrong.
+    Polygons are not divided. Other readers divide a notched polygon into a fan of triangles, which is wrong.
     """
     points: list[list[float]] = []
     faces: dict[tuple[int, str], list[list[int]]] = {}
@@ -211,18 +217,24 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
                 faces.setdefault(key, []).append(face)
                 layers[key] = group
         except ValueError:
-            raise ValueError(f"not valid OBJ: line {number} ('{stones.block_name(line)[:60]}')") from None
+            raise ValueError(
+                f"the file is not valid OBJ in line {number} ('{stones.block_name(line)[:60]}')"
+            ) from None
     corners = np.array(points).reshape(-1, 3)
     if any(corner >= len(corners) for mesh in faces.values() for face in mesh for corner in face):
-        raise ValueError("not valid OBJ: a face refers to a corner that does not exist")
+        raise ValueError("the file is not valid OBJ: a face refers to a corner that does not exist")
     return [used(key[1] or name, corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Return the meshes of a PLY or STL file; a single mesh gets the given name."""
-    trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
-    with broken(lambda reason: ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again")):
-        # Switch off processing, in which trimesh would merge the corners of blocks that touch.
+    """Return the meshes of a PLY or STL file. A single mesh has the given name."""
+    trimesh = library(
+        "trimesh", "reading PLY and STL files needs trimesh: install it with pip install '.[meshes]'"
+    )
+    with broken(
+        lambda reason: ValueError(f"the file is not valid {kind.upper()}: {reason}; save the mesh again")
+    ):
+        # Switch off the processing of trimesh, which would merge the corners of touching blocks.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         meshes = [
             (stones.block_name(mesh_name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())

@@ -14,11 +14,12 @@ from masonry_opt.scene.space.faces import place
 #: relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
-#: Largest distance of a corner from the planes of its sides that may be noise of the program that wrote the
-#: mesh, relative to the tolerance. A larger value also flattens bends that are intended.
+#: Largest distance, relative to the tolerance, of a corner from the planes of its sides that may be an
+#: inaccuracy of the program that wrote the mesh. A larger value also flattens bends that are intended.
 _NOISE = 4.0
 
-#: Smallest singular value, relative to the largest, of the normals at a corner that is moved onto its planes.
+#: Smallest singular value, relative to the largest singular value, of the matrix of normals by which a corner
+#: is moved onto the planes of its sides.
 #: With a smaller value, corners between nearly parallel planes move farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
@@ -51,7 +52,8 @@ class Mesh:
 class Side:
     """A plane side of a block, which may have holes."""
 
-    #: Corners of the outer ring and of the holes; seen from outside, the surface is to the left of each ring.
+    #: Indices of the corners of the outer ring and of the holes. Seen from outside, the surface is to the
+    #: left of each ring.
     rings: list[list[int]]
     base: np.ndarray  #: a point in the plane of the side, shape (3,)
     normal: np.ndarray  #: unit normal of the plane, shape (3,)
@@ -59,7 +61,7 @@ class Side:
     width: float  #: mean width: area of the side divided by half the total length of its rings
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """Return the rings in plane coordinates of the side, each of shape (corners, 2)."""
+        """Return the rings in two coordinates within the plane of the side, each of shape (corners, 2)."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
     def convex(self, points: np.ndarray, tolerance: float) -> bool:
@@ -77,9 +79,9 @@ class MeshSolid:
 
     @property
     def volume(self) -> float:
-        """Return the volume of the solid; its sides must form a closed surface."""
-        # Sum the volumes of pyramids over the sides. Their apex is in one of the sides, so that a missing
-        # side changes the result.
+        """Return the volume of the solid, whose sides must form a closed surface."""
+        # Add up the volumes of pyramids over the sides. The apex of all pyramids is in one of the sides, so
+        # that a missing side changes the result.
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
@@ -94,9 +96,9 @@ class MeshSolid:
         return self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the ends of an edge at which the surface is not closed; None if the surface is closed.
+        """Return the ends of an edge at which the surface is not closed, or None if the surface is closed.
 
-        At such an edge the outlines of sides run more often in one direction than in the other.
+        At an edge of a closed surface, equal numbers of outlines run in both directions.
         """
         directed = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
         for (tail, tip), count in directed.items():
@@ -107,7 +109,7 @@ class MeshSolid:
     def convex(self, tolerance: float) -> bool:
         """Return True if the solid and its sides are convex within the tolerance.
 
-        Sides that are not wider than the tolerance have no definite plane, and are not checked.
+        Sides that are not wider than the tolerance are not checked, because their planes are inaccurate.
         """
         if any(len(side.rings) > 1 for side in self.sides):
             return False
@@ -120,19 +122,19 @@ class MeshSolid:
 
 
 def across(normal: np.ndarray) -> np.ndarray:
-    """Return two axes of a plane, shape (2, 3), that are right-handed with the plane's unit normal."""
+    """Return two axes in a plane, shape (2, 3), that form a right-handed system with its unit normal."""
     u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
     return np.array([u, _cross(normal, u)])
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return vector products; this is faster than ``numpy.cross`` for few vectors."""
+    """Return vector products, faster than ``numpy.cross`` for few vectors."""
     return one[..., [1, 2, 0]] * other[..., [2, 0, 1]] - one[..., [2, 0, 1]] * other[..., [1, 2, 0]]
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
-    """Return a polygon's area vector, shape (3,), by Newell's formula: its normal, as long as its area."""
+    """Return the normal of a polygon with the length of its area, shape (3,), by Newell's formula."""
     around = corners[1:] - corners[0]
     return _cross(around[:-1], around[1:]).sum(axis=0) / 2
 
@@ -140,22 +142,25 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     """Convert a mesh to a solid with plane sides.
 
-    Corners nearer than the tolerance are joined, and faces turned outwards. Faces that are not flat are cut
-    into triangles, and faces of one plane are merged. Raises ValueError if no face is left.
+    Corners that are nearer to each other than the tolerance are joined, and faces are oriented outwards.
+    Faces that are not flat are divided into triangles, and faces in one plane are merged. Raises ValueError
+    if no face remains.
     """
     points = mesh.points
     faces = outwards(points, _joined(points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
-        raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
+        raise ValueError(
+            f"the block is smaller than the tolerance {tolerance:.3g}: check the unit of the drawing"
+        )
     return MeshSolid(points, _sides(points, faces, tolerance))
 
 
 def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
-    """Return a mesh as a solid with exactly plane sides, or None if the mesh is not almost flat.
+    """Return a mesh as a solid with exactly plane sides, or None if its sides are not nearly plane.
 
-    A mesh is almost flat if its corners are at most four tolerances away from the planes of its sides. Each
-    corner moves by the shortest way onto these planes.
+    The sides are nearly plane if the corners are at most four tolerances away from the planes of their sides.
+    Each corner moves along the shortest line onto these planes.
     """
     noise = _NOISE * tolerance
     try:
@@ -188,8 +193,9 @@ def _is_flat(points: np.ndarray, side: Side, tolerance: float) -> bool:
 def refuse_holes(mesh: Mesh, tolerance: float) -> None:
     """Raise ValueError if the surface of a block has a hole wider than the tolerance.
 
-    An edge of a single face borders a hole, unless other such edges lie along its whole length. This is so if
-    corners of one face lie on an edge of another, and in gaps narrower than the tolerance.
+    An edge that belongs to a single face borders a hole, unless other edges of single faces lie along its
+    whole length. Such edges exist where corners of one face lie on an edge of another face, and at gaps
+    narrower than the tolerance.
     """
     faces = _joined(mesh.points, mesh.faces, tolerance)
     open_edges = np.array([edge for edge, having in _by_edge(faces).items() if len(having) == 1], dtype=int)
@@ -198,23 +204,24 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
         if not _is_covered(edge, ends[others], tolerance):
             one, other = map(place, edge)
             raise ValueError(
-                f"is not closed at its edge from {one} to {other}, which only one face has: add the missing "
-                "face, or close the hole in the program that drew the block"
+                f"the block is not closed at its edge from {one} to {other}, which only one face has: "
+                "add the missing face, or close the hole in the program that drew the block"
             )
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
     """Yield, for each edge, the indices of other edges whose bounding boxes are within the tolerance.
 
-    ``ends`` has shape (edges, 2, 3). A tree of boxes seen along the axis in which the mesh is least deep
-    leaves few candidates, so that the time grows little faster than the number of edges.
+    ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
+    and stored in a search tree, so that few candidates remain.
     """
     if not len(ends):
         return
     low, high = ends.min(axis=1), ends.max(axis=1)
     widest = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
     tree = shapely.STRtree(shapely.box(*low[:, widest].T, *high[:, widest].T))
-    # Twice the tolerance, for rounding in the search tree; the caller tests the candidates.
+    # Search within twice the tolerance because of rounding in the search tree. The caller tests the
+    # candidates.
     reach = 2 * tolerance
     grown = shapely.box(*(low[:, widest] - reach).T, *(high[:, widest] + reach).T)
     for number, box in enumerate(grown):
@@ -224,7 +231,7 @@ def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
 
 
 def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
-    """Return True if other edges, shape (edges, 2, 3), cover the whole length of an edge, shape (2, 3)."""
+    """Return True if the edges ``others``, shape (edges, 2, 3), cover the whole length of an edge."""
     length = float(np.linalg.norm(edge[1] - edge[0]))
     direction = (edge[1] - edge[0]) / length
     arms = others - edge[0]
@@ -237,7 +244,7 @@ def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
     """Orient the faces of a surface counter-clockwise, seen from outside.
 
-    Two faces that share an edge then run along it in opposite directions.
+    Then two faces that share an edge traverse this edge in opposite directions.
     """
     directed = [set(steps_round(face)) for face in faces]
     mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
@@ -249,10 +256,10 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
 
 
 def shells(mesh: Mesh) -> list[Mesh]:
-    """Divide a mesh into its closed surfaces, which may touch each other; each surface is a block.
+    """Divide a mesh into its closed surfaces, which may touch each other. Each surface is a block.
 
     The blocks are numbered from 0. If more than two faces share an edge, two of these faces belong to one
-    block if only the inside of the block is between them.
+    block if no other block lies between them.
     """
     at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
     faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
@@ -271,7 +278,7 @@ def shells(mesh: Mesh) -> list[Mesh]:
 
 
 def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
-    """Return a block with the given faces, and only those points that the faces use."""
+    """Return a block with the given faces and without points that the faces do not use."""
     corners = np.unique(np.concatenate(faces))
     renumbered = [np.searchsorted(corners, face).tolist() for face in faces]
     return Mesh(name, points[corners], renumbered, layers=layers)
@@ -282,7 +289,7 @@ def _through_inside(
 ) -> Iterator[list[int]]:
     """Yield the pairs of faces that belong to one block, at an edge that more than two faces share.
 
-    Each face is paired with the first one behind it that runs along the edge in the other direction.
+    Each face is paired with the first face behind it that traverses the edge in the opposite direction.
     """
     low, high = points[list(edge)]
     u, v = across((high - low) / np.linalg.norm(high - low))
@@ -292,14 +299,14 @@ def _through_inside(
         forth = edge in steps_round(faces[number])
         angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
     for number, angle in angles[True] if angles[False] else ():
-        # Coincident faces of two blocks have no volume between them. The small angle makes such a face the
-        # last choice.
+        # Coincident faces of two blocks have no volume between them. Because of the small angle, a coincident
+        # face is chosen last.
         behind = [((angle - other - _COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
         yield [number, min(behind)[1]]
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces after corners that are nearer to each other than the tolerance have been merged.
+    """Return the faces after merging corners that are nearer to each other than the tolerance.
 
     Faces with fewer than three corners are left out.
     """
@@ -323,7 +330,7 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """Return the faces at each edge, by edge: a pair of corner indices, the lower index first."""
+    """Return the faces at each edge, by the corner indices of the edge, of which the lower is first."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
         for tail, tip in steps_round(face):
@@ -332,10 +339,10 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
-    """Return a face unchanged if it is flat within the tolerance, or else divided into triangles.
+    """Return a face unchanged if it is flat within the tolerance, and otherwise as triangles.
 
-    Triangles are ears of the polygon, those with the shortest third side first. Two blocks that share the
-    corners of a face therefore share its triangles.
+    The algorithm is ear clipping, which begins with the ear that has the shortest third side. The triangles
+    depend only on the corners of the face, so two blocks with a common face have the same triangles.
     """
     vector = area_vector(points[face])
     triangles = []
@@ -347,8 +354,8 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
         outwards = np.cross(points[face] - before, after - points[face]) @ vector
         third = np.round(np.linalg.norm(after - before, axis=1) / np.sqrt(size), 6)
         third[outwards <= 0] = np.inf
-        # If several diagonals are equally short, as in a rhombus, choose by their positions in space. The
-        # choice is then the same for both blocks at the face.
+        # If several diagonals are equally short, as in a rhombus, their positions decide, so that the choice
+        # is the same for both blocks with this face.
         shortest = np.flatnonzero(third == third.min())
         ends = np.minimum(before, after)[shortest] + np.maximum(before, after)[shortest]
         ear = int(shortest[np.lexsort(np.round(ends, 9).T)[0]])
@@ -358,7 +365,7 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
 
 
 def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
-    """Return the volume that faces enclose; the volume is negative if the faces are oriented inwards."""
+    """Return the volume that faces enclose, which is negative if the faces are oriented inwards."""
     corners = (points[face] - points[faces[0][0]] for face in faces)
     return float(sum(polygon[0] @ area_vector(polygon) for polygon in corners)) / 3
 
@@ -372,12 +379,12 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     single = [_ringed(points, [face]) for face in faces]
     surface = _Surface(points, faces, neighbours, single)
     area = np.array([side.area for side in single])
-    # A dictionary keeps the order of the faces, and a face is removed in constant time.
+    # Use a dictionary, because it keeps the order of the faces and removes a face in constant time.
     remaining = dict.fromkeys(np.argsort(-np.round(area, 12), kind="stable").tolist())
     sides = []
     while remaining:
         seed = next(iter(remaining))
-        # Merge fewer faces if the merged faces are not flat within the tolerance.
+        # If the merged faces are not flat within the tolerance, reduce the distance and merge fewer faces.
         for reach in (_TRIANGLE_REACH, 0.5, 0.0):
             members = surface.coplanar(seed, remaining, reach * tolerance, tolerance)
             side = _side(points, [faces[number] for number in members], tolerance)
@@ -402,9 +409,9 @@ class _Surface:
     single: list[Side]  #: one side for each face, before faces are merged
 
     def coplanar(self, seed: int, candidates: Collection[int], reach: float, tolerance: float) -> set[int]:
-        """Return the faces that lie in the plane of a first face and are connected to it through such faces.
+        """Return the connected set of faces that contains the face ``seed`` and lies in its plane.
 
-        The corners of these faces are at most ``reach`` away from the plane. Faces narrower than the
+        The corners of the faces are at most ``reach`` away from the plane. Faces that are narrower than the
         tolerance may have any normal.
         """
         plane = self.single[seed]
@@ -424,7 +431,7 @@ class _Surface:
 
 
 def _neighbours(faces: list[list[int]]) -> list[list[int]]:
-    """Return the neighbours of each face: faces that share with it an edge of exactly two faces."""
+    """Return the neighbours of each face, with which it shares an edge that no third face has."""
     neighbours: list[list[int]] = [[] for _ in faces]
     for mates in _by_edge(faces).values():
         if len(mates) == 2:
@@ -434,13 +441,13 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
 
 
 def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
-    """Merge faces to one plane side; return None if this is not possible.
+    """Merge faces to one plane side, or return None if this is not possible.
 
-    Faces cannot be merged if they are not in one plane, have no outline, or have an outline that touches
+    Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Edges that two merged faces share run in opposite directions and cancel. Triangles of a notched polygon
-    # may lie outside the polygon, with the opposite orientation; their edges cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. The edges of
+    # triangles outside a notched polygon, which have the opposite orientation, cancel too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)
@@ -465,7 +472,7 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
-    """Return the plane side that is bounded by rings of corners; the largest ring is the outer one."""
+    """Return the plane side that rings of corners bound. The largest ring is the outer ring."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())

@@ -13,19 +13,20 @@ from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.rows import linked
 
-#: Largest difference in area, relative to the area, at which an outline inside another outline is equal to
-#: the other outline.
+#: Largest difference in area, relative to the area, at which an outline inside another outline counts as a
+#: copy of the other outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
-#: Smallest number of outlines inside a frame. With a smaller value, a block with one hole would be a frame.
+#: Smallest number of outlines inside a frame. With a smaller value, a block with one hole would count as a
+#: frame.
 _FEWEST_IN_FRAME = 2
 
 
 class Nesting(NamedTuple):
-    """Blocks among the outlines of a drawing, and outlines that were drawn more often than needed."""
+    """Blocks among the outlines of a drawing, and copies of outlines that were left out."""
 
     blocks: list[Outline]
-    copies: list[tuple[Curve, Curve]]  #: each copy that was left out, and the outline that it repeats
+    copies: list[tuple[Curve, Curve]]  #: each copy that was left out, with its original
 
 
 def outlines_with_holes(
@@ -33,10 +34,10 @@ def outlines_with_holes(
 ) -> Nesting:
     """Return the outlines that are blocks, each with its holes, and the copies that are left out.
 
-    An outline inside another one, except for an overlap, is a hole of it. An outline inside a hole is a block
-    again. A hole that is drawn twice is a hole and the block that fills it, in the order of the drawing. All
-    further copies of an outline are left out. Of equal outlines outside all holes, the first one on a layer
-    of supports stays, or else the first one.
+    An outline inside another outline, apart from an overlap, is a hole in a block. An outline inside a hole
+    is a block again. If the outline of a hole is drawn twice, the first outline is the hole, and the second
+    outline is the block that fills it. All further copies of an outline are left out. If equal outlines are
+    outside all holes, the first outline on a layer of supports is read, or else the first outline.
 
     Outlines that have no area or cross themselves are added to the defects and left out.
     """
@@ -66,7 +67,7 @@ def outlines_with_holes(
     for label in sorted(members, key=lambda label: -area[members[label][0]]):
         equal = members[label]
         depth[label] = sum(len(kept[other]) for other in around[label])
-        # Inside a block, two equal outlines are a hole and its filling.
+        # Inside a block, two equal outlines are a hole and the block that fills it.
         needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
         kept[label] = needed
         copies += [(number, needed[0]) for number in equal if number not in needed]
@@ -108,7 +109,7 @@ def _blocks(
 def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygon | None:
     """Return the polygon of a closed curve.
 
-    If the curve has no area or crosses itself, a defect is added and None returned.
+    If the curve has no area or crosses itself, add a defect and return None.
     """
     step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
     points = curve.points[step > tolerance]
@@ -119,10 +120,10 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
         return None
     if polygon.is_valid:
         return shapely.orient_polygons(polygon)
-    # GEOS names the first crossing in square brackets, such as "Self-intersection[2 0.5]".
+    # GEOS writes the first crossing in square brackets, as in "Self-intersection[2 0.5]".
     crossing = re.search(r"\[(\S+) (\S+)\]", shapely.is_valid_reason(polygon))
     place = near(*map(float, crossing.groups())) if crossing else near(*points[0])
-    remedy = "draw its corners in order around the block"
+    remedy = "draw the corners in order round the block"
     defects.add(Defect(curve.where, "crosses itself", "outlines cross themselves", remedy, place))
     return None
 
@@ -132,12 +133,13 @@ def add_frames(
 ) -> None:
     """Add frames around the drawing to the defects.
 
-    A frame is an outline on no layer of supports, with at least two holes or with two blocks inside, in one
-    of three cases:
+    A frame is an outline that is not on a layer of supports. At least two holes or two blocks are inside it,
+    and one of these conditions is satisfied:
 
-    - an outline on a layer of supports lies inside,
-    - two of its holes share a side, so that they are stones and no holes,
-    - most outlines of the drawing are its holes, and it is a support by its height, or no other block is one.
+    - An outline on a layer of supports is inside the frame.
+    - Two holes of the frame share a side, so the holes are stones.
+    - Most outlines of the drawing are holes of the frame, and the frame is a support by its height or no
+      other block is a support.
     """
     on_layer = Counter(curve.layer for shape in found for curve in (shape.curve, *shape.holes))
     polygons = np.array([shape.polygon for shape in found], dtype=object)
@@ -159,9 +161,9 @@ def add_frames(
         layer = shape.curve.layer
         remedy = f"omit the layer of the frame with 'without_layers' (--without-layer {layer})"
         if on_layer[layer] > 1:
-            remedy = f"delete the frame, or move it to a layer of its own; '{layer}' has other outlines too"
-        mistake = f"is a frame around {len(most)} outlines, which become holes"
-        several = "frames are drawn around other outlines, which become holes"
+            remedy = f"delete the frame, or move it to a separate layer, because '{layer}' has other outlines"
+        mistake = f"is a frame around {len(most)} outlines, which would become holes"
+        several = "frames are drawn around other outlines, which would become holes"
         defects.add(Defect(shape.curve.where, mistake, several, remedy))
 
 

@@ -17,28 +17,28 @@ from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
-#: Largest size of a DXF file, in bytes. A block takes about 500 bytes.
+#: Largest size of a DXF file, in bytes. A block needs about 500 bytes.
 _LARGEST_DXF = 50_000_000
 
-#: Largest number of points of one curve. A curve that needs more points is refused; drawings of masonry need
-#: far fewer.
+#: Largest number of points of one curve. A curve that needs more points raises an error. Curves in drawings
+#: of masonry need far fewer points.
 _MOST_POINTS = 4000
 
-#: Default distance of a curve from its chords, relative to the drawing's diagonal. A smaller value makes more
-#: chords.
+#: Default of the largest distance of a curve from its chords, relative to the drawing's diagonal. A smaller
+#: value produces more chords.
 SAGITTA = 1e-4
 
 #: Grid step to which intersections of joint lines are rounded, relative to the smallest length that is not
-#: due to rounding.
+#: ignored as a rounding error.
 _GRID_SHARE = 0.01
 
-#: Distance of a corner from the line through its two neighbours, in grid steps, up to which the corner is
-#: removed as straight.
+#: Largest distance, in grid steps, of a corner from the line through its two neighbours at which the corner
+#: is removed.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.
 _READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
-#: DXF entities that cannot be blocks and are ignored. All other entities that cannot be read are refused.
+#: DXF entities that cannot be blocks and are ignored. All other entities that cannot be read raise an error.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
     "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
@@ -73,7 +73,7 @@ class Outline(NamedTuple):
 
 def ezdxf() -> Any:
     """Import the library that reads and writes DXF. Raises OptionError if it is not installed."""
-    found = library("ezdxf", "DXF needs ezdxf; install it with: pip install '.[drawings]'")
+    found = library("ezdxf", "DXF drawings need ezdxf: install it with pip install '.[drawings]'")
     # Without this handler, Python would print warnings of ezdxf to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     return found
@@ -85,15 +85,19 @@ def read_document(path: Path) -> Any:
     Raises CaseError if the file cannot be read or is not a DXF file.
     """
     reader = ezdxf()
-    read_bytes(path, _LARGEST_DXF, ": delete all layers except the layers of the blocks")
-    with broken(lambda reason: CaseError(f"{path}: not valid DXF: {reason}; save the drawing as DXF again")):
+    read_bytes(path, _LARGEST_DXF, "delete all layers except the layers of the blocks")
+    with broken(
+        lambda reason: CaseError(
+            f"{path}: the file is not valid DXF: {reason}; save the drawing as DXF again"
+        )
+    ):
         document = reader.readfile(path)
-        document.modelspace()  # raises an error if there is none
+        document.modelspace()  # raises an error if the document has no model space
     return document
 
 
 def metres(document: Any) -> float | None:
-    """Return the length of the drawing's unit in metres; None if the drawing has no unit."""
+    """Return the length of the drawing's unit in metres, or None if the drawing has no unit."""
     return _METRES.get(document.header.get("$INSUNITS", 0))
 
 
@@ -153,8 +157,8 @@ def curves(
         return [], np.zeros(2)
     extent = scale * np.ptp(np.concatenate(ends), axis=0)
     diagonal = float(np.hypot(*extent))
-    # The small increase makes the number of chords equal for the two blocks at a curved joint, in spite of
-    # rounding.
+    # Increase the sagitta slightly, so that rounding cannot give the two blocks at a curved joint different
+    # numbers of chords.
     reach = (1 + 1e-9) * (sagitta or SAGITTA * diagonal) / scale
     outlines = []
     for entity in drawn:
@@ -171,7 +175,7 @@ def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     """Return points along a curve of the drawing, shape (points, 2).
 
     The distance between the curve and the chords through these points is at most the sagitta. If the entity
-    cannot be read, a defect is added and None returned.
+    cannot be read, add a defect and return None.
     """
     try:
         return _points_of(entity, sagitta)
@@ -184,7 +188,7 @@ def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
 
 
 class _UnreadableError(Exception):
-    """An entity of a drawing cannot be read."""
+    """Error for an entity of a drawing that cannot be read."""
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(what)
@@ -192,7 +196,7 @@ class _UnreadableError(Exception):
 
 
 def _points_of(entity: Any, sagitta: float) -> np.ndarray:
-    """Return points along an entity as :func:`_chain` does.
+    """Return points along the curve of an entity; see :func:`_chain`.
 
     Raises _UnreadableError if the entity cannot be read.
     """
@@ -200,14 +204,17 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
         what = _HIDING.get(kind, "of a kind that cannot be read")
         raise _UnreadableError(
-            what, "explode it, draw its outline, or omit the layer with 'without_layers' (--without-layer)"
+            what,
+            "explode the entity, draw its outline, or omit its layer with 'without_layers' (--without-layer)",
         )
     with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw it again")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():
-        raise _UnreadableError("without points, or has a coordinate that is not a finite number", "delete it")
+        raise _UnreadableError(
+            "an entity without points, or with a coordinate that is not a finite number", "delete it"
+        )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise _UnreadableError("not parallel to the drawing's xy plane", "rotate or flatten it")
+        raise _UnreadableError("not parallel to the xy plane of the drawing", "rotate or flatten it")
     return points[:, :2]
 
 
@@ -241,20 +248,20 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             points = corners[:1]
             for part in entity.virtual_entities():
                 part_points = _points(part, sagitta)
-                # Reverse an arc that runs against the direction of the polyline: DXF arcs are
-                # counter-clockwise.
+                # DXF arcs are counter-clockwise. Reverse an arc that runs against the direction of the
+                # polyline.
                 end = points[-1]
                 is_reversed = part_points[-1].distance(end) < part_points[0].distance(end)
                 points += part_points[-2::-1] if is_reversed else part_points[1:]
             return points[:-1] if entity.is_closed else points
         case "SPLINE" if not entity.construction_tool().is_clamped:
-            # Refuse the spline, because ezdxf would continue it beyond its ends.
-            raise ValueError("is a periodic spline")
+            # Do not read the spline, because ezdxf would continue it beyond its ends.
+            raise ValueError("it is a periodic spline")
         case _:
             found = entity.flattening(sagitta)
     points = list(islice(found, _MOST_POINTS + 1))
     if len(points) > _MOST_POINTS:
-        raise ValueError(f"needs more than {_MOST_POINTS} chords: raise 'sagitta'")
+        raise ValueError(f"it needs more than {_MOST_POINTS} chords: raise 'sagitta'")
     return points
 
 
@@ -273,7 +280,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
 
 
 def _named(entity: Any) -> str:
-    """Return the description of an entity in error messages: kind, handle and layer."""
+    """Return the description of an entity for error messages: its kind, handle and layer."""
     return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"
 
 
@@ -282,12 +289,12 @@ def closed_outlines(
 ) -> tuple[list[Curve], list[tuple[Curve, Curve]]]:
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
-    Curves and loops are in the order of the drawing. Two ends of curves meet if their distance is within the
-    rounding. Otherwise they meet if the distance is within the tolerance and no third free end is as near.
-    Open curves that belong to no simple loop are added to the defects.
+    Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
+    within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
+    do not belong to a simple loop are added to the defects.
 
-    The second list contains open curves that repeat another one of their layer and are left out, each with
-    the curve that it repeats.
+    The second list contains the copies of open curves on the same layer, which are left out, each with its
+    original.
     """
     outlines = []
     open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
@@ -338,15 +345,15 @@ def _loops(
     for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
         mistake = f"meets {others} other ends of curves"
         several = "ends of curves meet more than one other end"
-        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate them")
+        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate the ends")
         defects.add(Defect(where[branch // 2], mistake, several, remedy, near(*ends[branch])))
     following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
     for start in free.tolist():
-        # Follow an open chain from its free end, and leave its curves out.
+        # Follow each open chain from its free end, and remove its curves.
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # A ring lists the ends at which the curves of a loop are entered, curve after curve.
+    # A ring lists, for each curve of a loop in order, the end at which the curve begins.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
@@ -359,7 +366,7 @@ def _loops(
 def _add_open(
     ends: np.ndarray, free: np.ndarray, partner: dict[int, int], where: Sequence[str], defects: Defects
 ) -> None:
-    """Add a defect for each open chain of curves; ``free`` lists the ends that meet no other end."""
+    """Add a defect for each open chain of curves. ``free`` lists the ends that meet no other end."""
     seen = set()
     for start in free.tolist():
         if start in seen:
@@ -376,10 +383,11 @@ def _add_open(
 
 
 def _remedy(change: str) -> str:
-    """Return the remedy for lines that form no simple loops."""
-    layers = "omit layers of other lines with 'without_layers' (--without-layer)"
-    net = "set 'net' (--net) if all lines are joints"
-    return f"draw blocks as closed polylines, {change}, {layers}, or {net}"
+    """Return the remedy for lines that do not form simple loops."""
+    return (
+        f"draw blocks as closed polylines, {change}, omit layers of other lines "
+        "with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
+    )
 
 
 def net_cells(
@@ -391,13 +399,13 @@ def net_cells(
 ) -> list[Outline]:
     """Return the cells of a net of joint lines, sorted from the bottom upwards and from left to right.
 
-    Cells lie between joints, windows and blocks that are drawn whole. Cells inside these blocks, or enclosed
-    by lines of windows, are left out. Lines may cross and branch. Ends that miss another line by at most the
-    tolerance are extended to it. Cells narrower than the tolerance are left out. The layer of a cell is that
-    of the first joint along it.
+    Cells lie between joints, windows and the blocks ``drawn``, which are drawn as outlines. Cells inside
+    these blocks, and cells that lines of windows enclose, are left out. Lines may cross and branch. Ends that
+    miss another line by at most the tolerance are extended to this line. Cells narrower than the tolerance
+    are left out. The layer of a cell is the layer of the first joint along its boundary.
 
-    Joints that end within a cell, and lines of windows that enclose no opening with other lines of windows,
-    are added to the defects.
+    Joints that end inside a cell are added to the defects. Lines of windows that do not enclose an opening
+    are added too.
     """
     chains = [[*curve.points, *curve.points[: int(curve.closed)]] for curve in (*joints, *windows)]
     lines = np.array([shapely.LineString(chain) for chain in chains], dtype=object)
@@ -420,10 +428,8 @@ def net_cells(
     closed = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
-            mistake, several = (
-                f"{verb} an opening, alone or with other lines of windows"
-                for verb in ("does not enclose", "lines do not enclose")
-            )
+            mistake = "does not enclose an opening, alone or with other lines of windows"
+            several = "lines of windows do not enclose an opening, alone or with other lines of windows"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
             defects.add(Defect(window.where, mistake, several, remedy))
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
@@ -456,13 +462,13 @@ def _add_loose(
             continue
         named.add(owner)
         place = f"{near(middle.x, middle.y)}, over a length of {piece.length:.3g}"
-        remedy = "extend to another line, raise 'outline_tolerance', or omit the layer with 'without_layers'"
+        remedy = "extend the line, raise 'outline_tolerance', or omit its layer with 'without_layers'"
         several = "lines end inside a block"
         defects.add(Defect(joints[owner].where, "ends inside a block", several, remedy, place))
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
-    """Divide lines at their intersections; lines that end just before another line are extended first."""
+    """Extend lines that end just before another line, and divide all lines at their intersections."""
     ends = shapely.get_point(np.repeat(lines, 2), np.tile([0, -1], len(lines)))
     end, other = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
     missed = shapely.shortest_line(ends[end], lines[other])[end // 2 != other]

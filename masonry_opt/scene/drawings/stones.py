@@ -20,17 +20,17 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 from masonry_opt.scene.space.shapes import shapes
 
-#: Largest number of characters in a block's name; longer names are cut.
+#: Largest number of characters in the name of a block. Longer names are shortened.
 _LONGEST_NAME = 200
 
-#: Largest number of mistakes of a drawing that one error lists.
+#: Largest number of mistakes of a drawing that one error message lists.
 _MOST_LINES = 20
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these
 #: words.
 SUPPORT_WORDS = ("fixed", "support")
 
-#: Largest number of decimals that is tried to find out whether coordinates are rounded.
+#: Largest number of decimal places that is tested to detect rounded coordinates.
 _MOST_DECIMALS = 7
 
 #: Thickness of the slab that replaces a support without thickness, relative to the square root of its area.
@@ -38,7 +38,7 @@ _SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
-    """Values that the user adds to a drawing, for all blocks and joints."""
+    """Values that a drawing does not contain and the user gives for all blocks and joints."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -47,19 +47,19 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """Create the record from a reader's arguments; arguments that are None or unknown are left out."""
+        """Create the record from the arguments of a reader, without those that are None or unknown."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
-    """Values that the user adds to a drawing in the plane; see :func:`read_dxf` and :func:`read_compas`."""
+    """Values that the user gives for a plane drawing; see :func:`read_dxf` and :func:`read_compas`."""
 
     live: PlaneOrSpaceVector = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """Return a block with the outline and the holes of a polygon.
 
-        A support has no loads. Any other block has the drawing's unit weight, which ``keys`` may replace.
+        A support has no loads. Any other block has the drawing's unit weight, which ``keys`` may override.
         """
         rings = outline.exterior, *outline.interiors
         outer, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
@@ -70,20 +70,26 @@ class FlatDrawing(Drawing):
 def block_name(text: str) -> str:
     """Convert a text to a block name: one line of printable characters, of limited length.
 
-    The name is empty if no printable characters are left.
+    The name is empty if the text has no printable characters.
     """
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError; each line of its message begins with the text ``what``."""
+    """Convert a ValueError to a CaseError whose lines begin with the text ``what``.
+
+    ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
+    """
     try:
         yield
     except ValueError as error:
         lines = str(error).splitlines()
         raise CaseError(
-            "\n".join(line if line.startswith(what) else f"{what} {line}" for line in lines)
+            "\n".join(
+                line if line.startswith(what) else f"{what} {line.removeprefix('the block ')}"
+                for line in lines
+            )
         ) from None
 
 
@@ -124,21 +130,21 @@ class AsDrawn(Supports):
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names as a comma-separated text for messages; at most ten names are listed."""
+    """Return a text for messages with at most ten of the given names, separated by commas."""
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
-    """Return the blocks with their supports marked.
+    """Return the meshes after marking the blocks that are supports.
 
-    A block is a support if it is drawn as a support, if its name is given, if it reaches down to a given
-    height, or if its name or layers contain one of the words. Raises ValueError if a given name is not the
-    name of a block, or if there are no supports.
+    A block is a support if it is drawn as a support, if ``which`` has its name, if it reaches down to the
+    height that ``which`` gives, or if its name or layers contain one of the words. Raises ValueError if no
+    block has a name in ``which``, or if no block is a support.
     """
     names = [mesh.name for mesh in meshes]
     unknown = [name for name in which.fixed if name not in names]
     if unknown:
-        raise ValueError(f"'fixed': there is no block '{unknown[0]}' (blocks: {listed(names)})")
+        raise ValueError(f"'fixed': no block is named '{unknown[0]}' (blocks: {listed(names)})")
     below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
     marked = []
@@ -147,23 +153,23 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
         is_named = mesh.name in which.fixed or any(word.casefold() in text for word in words)
         marked.append(replace(mesh, fixed=mesh.fixed or is_named or low <= below))
     if not any(mesh.fixed for mesh in marked):
-        named = f"name the supports with 'fixed' (blocks: {listed(names)})"
-        lower = f"with 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
         raise ValueError(
-            f"no block is a support: {named}, or fix all blocks that reach down to a height {lower}"
+            f"no block is a support: name the supports with 'fixed' (blocks: {listed(names)}), "
+            "or fix all blocks that reach down to a height with 'fixed_below' "
+            f"(the lowest corner is at z = {min(lowest):.6g})"
         )
     return marked
 
 
 class SolidDrawing(Drawing):
-    """Values that the user adds to a drawing of solids; see :func:`read_mesh` and :func:`read_compas`."""
+    """Values that the user gives for drawn solids; see :func:`read_mesh` and :func:`read_compas`."""
 
     model_config = ConfigDict(title="solids as drawn")
 
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """Return the solid of a mesh. Raises ValueError if the mesh is open or has too many convex parts."""
+        """Return the solid of a mesh. Raises ValueError if it is open or needs too many convex parts."""
         refuse_holes(mesh, tolerance)
         parts = convex_solids(mesh, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
@@ -180,13 +186,13 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
     """Return a scene in space whose blocks are closed meshes.
 
-    A support of one face is the top of a slab. Raises ValueError if nothing can move or if there are no
-    supports. Raises ValueError, with one line for each wrong block, if blocks are not solids.
+    A support with a single face is replaced by a slab behind this face. Raises ValueError if no block can
+    move, or, with one line for each wrong block, if blocks are not solids.
     """
     movable = [mesh.points for mesh in meshes if not mesh.fixed]
     if not movable:
         names = listed([mesh.name for mesh in meshes])
-        raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
+        raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
     middle = np.concatenate(movable).mean(axis=0)
     tolerance = drawing.tolerance or _tolerance(movable)
     blocks = []
@@ -195,24 +201,24 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         try:
             with naming(f"block '{mesh.name}'"):
                 if mesh.flat and not mesh.fixed:
-                    raise ValueError("is a single face: give it a thickness, or make it a support")
+                    raise ValueError("the block is a single face: give it a thickness, or make it a support")
                 blocks.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
         except CaseError as error:
             mistakes.append(str(error))
     refuse(mistakes)
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
-    shapes(scene)  # raises CaseError if the analysis would refuse a block
+    shapes(scene)  # raises CaseError if the analysis cannot use a block
     return scene
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
-    """Return a slab in place of a support of one face; the slab extends away from the movable blocks."""
+    """Return a slab that replaces a support with a single face, on the side away from movable blocks."""
     (ring,) = mesh.faces
     top = mesh.points[ring]
     area = area_vector(top)
     size = float(np.linalg.norm(area))
     if not size > 0:
-        raise ValueError("is a face without area: remove it")
+        raise ValueError("the block is a face without area: remove the face")
     towards = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB_THICKNESS * area / np.sqrt(size)
     faces = prism(top.tolist(), bottom.tolist())["faces"]
@@ -222,8 +228,8 @@ def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
 def _tolerance(movable: Sequence[np.ndarray]) -> float:
     """Return the tolerance that is suitable for the precision of the coordinates.
 
-    It is twice the last decimal if coordinates are rounded and this is small relative to the blocks.
-    Otherwise it is the default of a scene.
+    If all coordinates are rounded, the tolerance is twice the unit of their last decimal place, provided that
+    this length is small relative to the blocks. Otherwise it is the default tolerance of a scene.
     """
     points = np.concatenate(movable)
     default = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))

@@ -14,10 +14,10 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solids import Solid
 
-#: Largest length that counts as zero, relative to the length of a block.
+#: Length, relative to the length of a block, below which a distance counts as zero.
 _ZERO_LENGTH_TOLERANCE = 1e-6
 
-#: Largest distance between wall axes that counts as zero, relative to the size of the plan.
+#: Distance between wall axes, relative to the size of the plan, below which the axes count as touching.
 _AXIS_TOLERANCE = 1e-9
 
 #: Start and end of a piece of a wall, as coordinates along the wall.
@@ -31,7 +31,7 @@ class Opening(Record):
     ----------
     at: Distance of the nearer jamb from the first point of the wall's axis, along the axis.
     width: Distance between the jambs.
-    sill: Number of courses below the opening: 0 is a door.
+    sill: Number of courses below the opening: 0 for a door.
     height: Number of courses of the opening.
     bearing: Bearing of the lintel on either side. The default is half a block, which fits the bond if
         ``sill`` and ``height`` add up to an odd number, and the jambs are whole blocks from the wall's end.
@@ -49,11 +49,11 @@ class PlanWall(Record):
 
     Parameters
     ----------
-    name: Name of the wall; its blocks are named after it, "front 3-2".
-    axis: Points ``[[x, y], ...]`` of its middle line, which runs along x or y from each point to the next.
-        The wall meets another one if their axes cross, or one axis ends on the other.
-    leaves: One or two, each as thick as a block.
-    courses: Number of courses (default: that of the plan).
+    name: Name of the wall, with which the names of its blocks begin: "front 3-2".
+    axis: Points ``[[x, y], ...]`` of the middle line of the wall. The line is parallel to x or y between
+        successive points. Two walls meet if their axes cross, or if one axis ends on the other axis.
+    leaves: Number of leaves, one or two, each as thick as a block.
+    courses: Number of courses (default: the number of courses of the plan).
     openings: :class:`Opening` records.
     """
 
@@ -65,13 +65,14 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Place at which another wall crosses a straight piece of a wall, or meets its end."""
+    """Place at which another wall crosses a stretch (straight piece) of a wall, or meets its end."""
 
     start: float  #: position of the other wall's nearer face along the stretch
     end: float  #: position of the other wall's farther face along the stretch
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
-    #: True if the stretch passes through the other wall: in even courses (counted from 0), in odd courses.
+    #: Two flags, for even courses (counted from 0) and for odd courses. A flag is True if the stretch passes
+    #: through the other wall.
     passes: tuple[bool, bool]
 
     @property
@@ -101,15 +102,15 @@ class WallStretch(NamedTuple):
     end: float  #: coordinate of the second end along the axis; at a corner, the outer face of the other wall
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
-    #: Openings of the wall. When the crossings are known, openings outside the stretch or at crossings are
-    #: removed.
+    #: Openings of the wall. After the crossings have been computed, openings outside the stretch or at
+    #: crossings are removed.
     holes: tuple[_Hole, ...]
     #: Other walls that cross or meet the stretch, in ascending order of position.
     crossings: tuple[WallCrossing, ...] = ()
 
     @property
     def faces(self) -> _Run:
-        """Return the coordinates of the two wall faces, measured perpendicular to the axis."""
+        """Return the coordinates of the two faces of the wall, measured perpendicular to its axis."""
         return self.line - self.thickness / 2, self.line + self.thickness / 2
 
     @property
@@ -127,7 +128,7 @@ class WallStretch(NamedTuple):
                 yield start, end, left
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Return True if an opening with its lintel is within the stretch and touches no crossing wall.
+        """Return True if an opening and its lintel are inside the stretch and outside all crossing walls.
 
         ``nothing`` is the largest length that counts as zero.
         """
@@ -146,29 +147,31 @@ class WallStretch(NamedTuple):
 
 
 class Plan(SolidGenerator):
-    """Walls in running bond on a fixed base; where walls meet at right angles they are bonded or butted.
+    """Walls in running bond on a fixed base, which are bonded or butted where they meet at right angles.
 
-    The top of the base is z = 0. Courses alternate by half a block. At a corner or crossing a block of the
-    wall that passes through reaches beyond the other's face. Pieces beside ends and openings are at least a
-    quarter of a block long. A shorter piece is joined to its neighbour.
+    The top of the base is at z = 0. Every second course is shifted by half a block. At a corner or crossing,
+    a block of the wall that passes through extends beyond the face of the other wall. Pieces at ends and
+    openings are at least a quarter of a block long. A shorter piece is joined to its neighbour.
 
-    Raises CaseError if an axis has other than right angles, if walls overlap, if an opening does not fit, or
-    if a piece would be shorter than a quarter of a block.
+    Raises CaseError if an axis has an angle that is not a right angle, if walls overlap, if an opening does
+    not fit, or if a piece would be shorter than a quarter of a block.
 
     Parameters
     ----------
     block: Length and height of a block.
-    thickness: Thickness of a block, and so of a leaf.
+    thickness: Thickness of a block, which is the thickness of a leaf.
     walls: :class:`PlanWall` records.
     courses: Number of courses of the walls.
-    bond: Bond where walls meet. "toothed": the wall that is named first passes through in the first course,
-        the other one in the second, in turn. "butted": a wall that ends at another one lies against it. If
-        both end there, or both cross, the second named lies against the first.
-    headers: For walls of two leaves: 2 for headers in every second course, 3 in every third, ... Headers are
-        blocks across both leaves, half as wide as both. Without them only friction connects the leaves.
+    bond: Bond of walls that meet. "toothed": in the first course the wall that is named first passes through
+        the other wall, in the second course the other wall passes through, and so on. "butted": a wall that
+        ends at another wall is built against its face. If both walls end there, or if both cross, the wall
+        that is named second is built against the first.
+    headers: For walls of two leaves: 2 for headers in every second course, 3 for headers in every third
+        course, and so on. A header is a block through both leaves, as wide as one leaf is thick. Without
+        headers, only friction connects the leaves.
     base: True for a fixed base under all walls, which extends beyond them by the thickness of a leaf.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
-        origin is that of the axes, at the foot of the walls.
+        origin is the origin of the coordinates of the axes, at the foot of the walls.
     """
 
     block: tuple[Positive, Positive]
@@ -185,29 +188,31 @@ class Plan(SolidGenerator):
             yield from mistakes
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
-            yield "'headers' connect two leaves: set 'leaves = 2' for a wall, or remove 'headers'"
+            yield "'headers' need a wall with two leaves: set 'leaves = 2' for a wall, or remove 'headers'"
         stretches = self._crossed()
         yield from _overlaps(stretches)
         mistakes = [*self._wrong_openings(stretches)]
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Yield messages about mistakes in the names and axes of walls."""
+        """Yield an error message for each mistake in the names and axes of walls."""
         for name in repeated(wall.name for wall in self.walls):
-            yield f"two walls are named '{name}': rename one"
+            yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
             directions = [(a[1] == b[1], a[0] == b[0]) for a, b in pairwise(wall.axis)]
             oblique = [
                 number for number, (along_x, along_y) in enumerate(directions, start=1) if along_x == along_y
             ]
             if oblique:
-                runs = f"is not parallel to x or y between point no. {oblique[0]} and the next point"
-                yield f"wall '{wall.name}': its 'axis' {runs}: walls must meet at right angles"
+                yield (
+                    f"wall '{wall.name}': its 'axis' is not parallel to x or y between point "
+                    f"no. {oblique[0]} and the next point: draw all parts of the axis along x or y"
+                )
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
-                yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: remove the point"
+                yield f"wall '{wall.name}': its 'axis' has a point without a right angle: remove the point"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield messages about openings that do not fit into their wall or overlap."""
+        """Yield an error message for each opening that overlaps another or does not fit into its wall."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -215,27 +220,35 @@ class Plan(SolidGenerator):
                 where = f"wall '{wall.name}': opening no. {number}"
                 rows = opening.sill + opening.height + 1
                 if rows > top:
-                    high = f"its lintel is in course {rows}, but the wall has {top} courses"
-                    yield f"{where}: {high}: lower 'sill' or 'height'"
+                    yield (
+                        f"{where}: its lintel is in course {rows}, but the wall has {top} courses: "
+                        "lower 'sill' or 'height'"
+                    )
                 elif (wall.name, number) not in valid:
-                    beyond = "with its lintel, the opening extends beyond the wall or into a crossing wall"
-                    yield f"{where}: {beyond}: move it, or reduce its 'width' or 'bearing'"
+                    yield (
+                        f"{where}: with its lintel, the opening extends beyond the wall or into a crossing "
+                        "wall: move it, or reduce its 'width' or 'bearing'"
+                    )
         for stretch in stretches:
             for a, b in combinations(stretch.holes, 2):
                 overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
                 if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
-                    overlapping = f"openings no. {a.number} and no. {b.number} or their lintels overlap"
-                    yield f"wall '{stretch.wall.name}': {overlapping}: move an opening, or reduce a 'bearing'"
+                    yield (
+                        f"wall '{stretch.wall.name}': openings no. {a.number} and no. {b.number} or their "
+                        "lintels overlap: move an opening, or reduce a 'bearing'"
+                    )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield a message for each stretch with a piece shorter than a quarter of a block."""
+        """Yield an error message for each stretch with a piece shorter than a quarter of a block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
-                    piece = f"wall '{stretch.wall.name}': a piece of course {course + 1}"
-                    short = f"{min(pieces):.3g} long, less than a quarter of a block"
-                    yield f"{piece} would be {short}: move an end of the wall or an opening"
+                    yield (
+                        f"wall '{stretch.wall.name}': a piece of course {course + 1} would be "
+                        f"{min(pieces):.3g} long, less than a quarter of a block: "
+                        "move an end of the wall or an opening"
+                    )
                     break
 
     @property
@@ -251,7 +264,7 @@ class Plan(SolidGenerator):
         return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
-        """Return the straight pieces of all walls; their crossings are not computed yet."""
+        """Return the straight pieces of all walls, without their crossings."""
         stretches = []
         for wall in self.walls:
             before = 0.0  # length of the axis before the stretch
@@ -282,8 +295,8 @@ class Plan(SolidGenerator):
     def _crossed(self) -> list[WallStretch]:
         """Return the straight pieces of all walls, with their crossings.
 
-        Ends that meet other walls reach to the outer faces. Openings that are not clear of crossings are left
-        out.
+        Ends that meet other walls are extended to the outer faces of these walls. Openings that touch
+        crossings are left out.
         """
         stretches = self._stretches()
         near = _AXIS_TOLERANCE * _size(stretches)
@@ -292,7 +305,7 @@ class Plan(SolidGenerator):
             both = [(one, other), (other, one)]
             apart = any(not a.start - near <= b.line <= a.end + near for a, b in both)
             if apart or one.along == other.along:
-                continue  # their axes neither cross nor touch
+                continue  # the axes neither cross nor touch
             ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
             # In a butted bond, a wall that ends is butted against a wall that continues; if both end or both
             # continue, the second wall is butted against the first.
@@ -314,8 +327,8 @@ class Plan(SolidGenerator):
     def blocks(self) -> list[Solid]:
         """Return the blocks, course by course and wall by wall, and finally the ``base``.
 
-        They are named ``wall course-block``. The blocks of a wall are counted along the straights of its
-        axis, in each by rising coordinates, leaf by leaf.
+        The names are ``wall course-block``. The blocks of a course are numbered along the straight pieces of
+        the wall's axis. In each piece they are numbered leaf by leaf, by ascending coordinates.
         """
         stretches = self._crossed()
         built = []
@@ -342,33 +355,37 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every second course begins with half a block. In a toothed bond, these are the courses that pass
-            # through the other wall.
+            # Every second course begins with half a block. In a toothed bond, these are the courses in which
+            # this wall passes through the other wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
         pieces = [(stone, leaf) for leaf in leaves for stone in stones]
         lintels = [(hole.lintel, whole) for hole in stretch.holes if course == hole.top]
-        # Sort the blocks by leaf; lintels are sorted with the first leaf.
+        # Sort the blocks by leaf. Lintels are sorted with the first leaf.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Yield messages about pairs of wall stretches that overlap and cannot be bonded."""
+    """Yield an error message for each pair of wall stretches that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
         if min(overlap) <= near:
             continue
         if one.along == other.along:
-            names = f"'{one.wall.name}' and '{other.wall.name}'"
-            yield f"walls {names} overlap: move one, or draw walls in one line as one 'axis'"
+            yield (
+                f"walls '{one.wall.name}' and '{other.wall.name}' overlap: "
+                "move one of them, or draw walls in one line as one 'axis'"
+            )
             continue
         for a, b in permutations((one, other)):
             if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
-                ends = f"wall '{a.wall.name}' ends within wall '{b.wall.name}'"
-                yield f"{ends}: end its 'axis' on the axis or at the face of '{b.wall.name}'"
+                yield (
+                    f"wall '{a.wall.name}' ends inside wall '{b.wall.name}': "
+                    f"end its 'axis' on the axis or at the face of '{b.wall.name}'"
+                )
                 break
 
 

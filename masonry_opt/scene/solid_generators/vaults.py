@@ -19,19 +19,20 @@ class Barrel(ArchRing, SolidGenerator):
 
     Point (x, y) of the arch becomes (x, t, y), with t from 0 to the length of the vault.
 
-    Raises CaseError if the measures make no arch, or the stones are longer than the vault.
+    Raises CaseError if the dimensions do not describe an arch, or if the stones are longer than the vault.
 
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See
         :class:`~masonry_opt.scene.arch.ArchRing`.
     length: Length of the vault, along y.
-    stone: Length of a stone, along y (default: that of the vault). At the ends a piece shorter than a quarter
-        of a stone is joined to its neighbour.
-    bond: "running": every other voussoir begins with half a stone. "stacked": rings lie side by side.
+    stone: Length of a stone, along y (default: the length of the vault). At the ends, a piece shorter than a
+        quarter of a stone is joined to its neighbour.
+    bond: "running": every second voussoir begins with half a stone. "stacked": all voussoirs have joints at
+        the same positions, so the vault consists of separate rings.
     unit_weight: Weight per unit volume.
-    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of
-        the arch, at y = 0.
+    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the
+        origin of the arch, at y = 0.
     """
 
     length: Positive
@@ -41,7 +42,7 @@ class Barrel(ArchRing, SolidGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if self.stone is not None and self.stone > self.length:
-            yield f"'stone' is longer than the vault: choose at most its 'length', {self.length:g}"
+            yield f"'stone' must not be longer than the vault, {self.length:g} (found {self.stone:g})"
 
     @property
     def size(self) -> int:
@@ -49,13 +50,14 @@ class Barrel(ArchRing, SolidGenerator):
         return self.voussoirs * (1 if self.stone is None else 2 + int(min(self.length / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones of the voussoirs from left to right, then of the skewbacks, then the abutments.
+        """Return the stones of the voussoirs from left to right, the stones of skewbacks, and the abutments.
 
-        Names are ``v1-1``, ``v1-2``, ... along y, ``skewback 1-1``, ... and ``abutment 1`` and ``2``.
+        The names of stones are ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named
+        ``abutment 1`` and ``abutment 2``.
         """
         built = []
-        # In a running bond, joints of skewbacks and of the voussoirs on them are staggered. Abutments come
-        # last and are not cut.
+        # In a running bond, the joints of skewbacks and adjacent voussoirs are staggered. The last two rows
+        # are the abutments, which are not divided into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -85,15 +87,18 @@ class Barrel(ArchRing, SolidGenerator):
 class Groin(SolidGenerator):
     """A groin vault: two equal barrel vaults along x and y that intersect, on four fixed corners.
 
-    The intrados of the two vaults meet on the diagonals, the groins. On each groin a course has one stone of
-    two convex parts, a leg in either barrel. From there courses continue in running bond.
+    The intrados surfaces of the two vaults intersect along the diagonals, which are the groins. On each
+    groin, a course has one stone with two convex parts, one in each barrel. From this stone, the course
+    continues in running bond along both barrels.
 
-    Raises CaseError if the measures make no arch, or the bay is too short for stones beside the corners.
+    Raises CaseError if the dimensions do not describe an arch, or if the bay is too short for stones between
+    the corners.
 
     Parameters
     ----------
-    span, rise, thickness: Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
-    voussoirs: Number of the arch's voussoirs, which is even: a joint runs along the crown.
+    span, rise, thickness: Dimensions of the arch of both barrels, see
+        :class:`~masonry_opt.scene.arch.ArchRing`.
+    voussoirs: Even number of voussoirs of the arch, so that a joint runs along the crown.
     bay: Length of each barrel from end to end, more than the span and both thicknesses.
     stone: Length of a stone along its barrel.
     abutments: True for a fixed abutment under each corner.
@@ -117,7 +122,10 @@ class Groin(SolidGenerator):
             yield str(error).removeprefix("ArchRing: ")
             return
         if self.bay < least:
-            yield f"'bay' must be at least {least:g}, the arch plus half a stone (found {self.bay:g})"
+            yield (
+                f"'bay' must be at least {least:g}, the width of the arch plus half a stone "
+                f"(found {self.bay:g})"
+            )
 
     @property
     def size(self) -> int:
@@ -149,14 +157,14 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Return the sections of voussoirs in the right half of the arch, upwards, then of the abutment."""
+        """Return the sections of voussoirs in the right half of the arch, upwards, and of the abutment."""
         arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
 
     def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
         """Return the start and end of each stone of a course, from the groin to the end of the barrel."""
-        start = max(section)[0]  # the corner that reaches farthest out
+        start = max(section)[0]  # x of the outermost corner
         end = self.bay / 2
         begins = self.stone * (0.5 if course % 2 == 0 else 1.0)
         joints = [end - place for place in every(self.stone, begins, end)]
@@ -168,13 +176,12 @@ def _leg(
 ) -> Shape:
     """Return the shape of a piece of a course along x or y that ends at ``end``.
 
-    The piece begins at ``start``, or at the groin if ``start`` is None.
-
-    ``signs`` are the signs of x and y in the corner of the vault to which the piece belongs.
+    The piece begins at ``start``, or at the groin if ``start`` is None. ``signs`` are the signs of x and y in
+    the piece's corner of the vault.
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of the section at position ``at`` along the barrel; on the groin for None."""
+        """Return the corners of the section at position ``at`` along the barrel, or on the groin if None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -185,22 +192,24 @@ def _leg(
 class Dome(SolidGenerator):
     """A dome: rings of voussoirs around the z axis, on a fixed ring.
 
-    All rings span equal angles seen from the centre, and the corners of voussoirs lie on two spheres. Faces
-    are flat, and neighbours share whole faces. In a "running" bond voussoirs have further corners in the
-    middle, at the corners of the rings above and below, and consist of two convex parts.
+    Seen from the centre, all rings span equal angles. The corners of voussoirs lie on two spheres. Faces are
+    flat, and neighbours share whole faces. In a "running" bond, each voussoir has additional corners in the
+    middle, at the corners of the rings above and below, and consists of two convex parts.
 
-    Raises CaseError if the measures make no dome.
+    Raises CaseError if the dimensions do not describe a dome.
 
     Parameters
     ----------
-    radius: Radius of the sphere half way between the inner and the outer corners.
+    radius: Radius of the sphere halfway between the inner and the outer corners.
     thickness: Radial distance between the two spheres.
-    springing: Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
-    rings, voussoirs: Number of rings, without the key, and number of voussoirs in each ring.
-    oculus: Inner radius of the opening at the top. Without it a key that spans the angle of a ring closes the
-        dome.
-    bond: "running": every other ring is turned by half a voussoir. "meridians": upright joints run through.
-    base: True for a fixed ring under the dome, as high as the dome is thick.
+    springing: Angle of the foot above the horizontal plane through the centre, in degrees: 0 for a
+        hemisphere.
+    rings, voussoirs: Number of rings, not counting the key, and number of voussoirs in each ring.
+    oculus: Inner radius of the opening at the top. Without an opening, a key that spans the angle of one ring
+        closes the dome.
+    bond: "running": every second ring is rotated by half a voussoir. "meridians": the joints between
+        voussoirs are continuous along meridians.
+    base: True for a fixed ring under the dome, whose height is the thickness of the dome.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the centre of the spheres.
     """
@@ -230,13 +239,13 @@ class Dome(SolidGenerator):
 
     @property
     def _sectors(self) -> int:
-        """Return the number of sectors into which meridians through corners of stones divide a ring."""
+        """Return the number of sectors into which the meridians through stone corners divide a ring."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
         """Return the voussoirs of the dome, then ``key`` and ``base``.
 
-        Voussoir 2 of ring 1 is named ``1-2``; rings are numbered from the foot upwards.
+        Voussoir 2 of ring 1 is named ``1-2``. Rings are numbered from the foot upwards.
         """
         first = math.radians(self.springing)
         if self.oculus is None:
@@ -244,7 +253,7 @@ class Dome(SolidGenerator):
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        # Angles of the bed joints above the horizontal; each bed joint runs from the inner to the outer
+        # Angles of the bed joints above the horizontal plane. Each bed joint runs from the inner to the outer
         # sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
         radii = self._inner, self._inner + self.thickness
@@ -261,7 +270,7 @@ class Dome(SolidGenerator):
             faces = ([self._corner(place, at) for at in range(self._sectors)] for place in beds[-1])
             built.append(self._stone("key", prism(*faces)))
         if self.base:
-            # The base is below the foot of the dome; its depth is measured perpendicular to the lowest bed
+            # The base is under the foot of the dome. Its depth is measured perpendicular to the lowest bed
             # joint.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
             below = [(r + down[0], z + down[1]) for r, z in beds[0]]
@@ -272,7 +281,7 @@ class Dome(SolidGenerator):
     def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
         """Return the corner on a meridian at a given distance from the axis and a given height.
 
-        Neighbouring voussoirs get exactly equal corners.
+        The corners of neighbouring voussoirs are exactly equal.
         """
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
@@ -283,20 +292,20 @@ class Dome(SolidGenerator):
 
 
 class Shaft(SolidGenerator):
-    """A shaft of drums of equal height on a fixed base; drums are polygonal prisms or frusta.
+    """A shaft of drums of equal height on a fixed base. Drums are polygonal prisms or frusta.
 
-    The section is a regular polygon. The top of the base is z = 0.
+    The section is a regular polygon. The top of the base is at z = 0.
 
-    Raises CaseError if a value cannot be built.
+    Raises CaseError if a value is not valid.
 
     Parameters
     ----------
     diameter: Diameter of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers.
         The distance between flat sides is cos(π/sides) times the diameter.
     sides: Number of sides of the polygon, three or more: 4 for a square pier, 16 or 24 for a round column.
-        One side faces +x. If the number is a multiple of four, others face -x and ±y.
+        One side faces +x. If the number is a multiple of four, other sides face -x, +y and -y.
     height, drums: Height of the shaft, and number of its drums.
-    base: True for a fixed base under the shaft, with the foot's outline and as high as a drum.
+    base: True for a fixed base under the shaft, with the outline of the foot and the height of a drum.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the middle of the foot.
     """

@@ -19,9 +19,9 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Assumed error of one corner of a rectangular face, relative to the distance of the corners from the mean
-#: plane of the face, which the error tilts. With a smaller value, the tolerance that a message advises may be
-#: too small for other faces.
+#: Ratio of the error of one corner of a rectangular face to the distance of all corners from the mean plane
+#: of the face. The error also tilts this plane, so the distance is smaller than the error. With a smaller
+#: ratio, the tolerance that a message recommends may be too small for other faces.
 _ERROR_OVER_HEIGHT = 4.0
 
 #: Largest distance of a corner from the plane of its face that may be due to inexact coordinates, relative to
@@ -32,10 +32,10 @@ _INEXACT = 0.02
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Faces of all parts of all blocks.
+    """Faces of all parts of all blocks of a scene.
 
-    Blocks, parts, faces and corners are numbered one after the other. A *corner* is a vertex of a face, so
-    that a vertex of a cube has three corners.
+    Blocks, parts, faces and corners are numbered consecutively over the whole scene. A *corner* is a vertex
+    of one face, so a vertex of a cube has three corners.
     """
 
     scene: Scene  #: scene of the blocks, for messages
@@ -57,14 +57,15 @@ class Surfaces:
         return np.bincount(self.face, minlength=len(self.part))
 
     def refuse(self, face: int, why: str) -> NoReturn:
-        """Raise CaseError with a message that names the block, part and face."""
+        """Raise CaseError with the message ``why``, in which ``{}`` is replaced by the number of the face."""
         part = self.part[face]
         block = self.block[part]
         number = face - np.searchsorted(self.part, part) + 1
         several = np.count_nonzero(self.block == block) > 1
         of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if several else ""
         name = self.scene.blocks[block].name
-        raise CaseError(f"{self.scene.origin}: block {name!r}: face no. {number}{of_part} {why}")
+        text = why.replace("{}", f"face no. {number}{of_part}", 1)
+        raise CaseError(f"{self.scene.origin}: block {name!r}: {text}")
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
@@ -104,16 +105,15 @@ class Surfaces:
             start, end = (place(self.points[vertex[wrong[0]]]) for vertex in (tail, tip))
             more = uses[edge[wrong[0]]] - 1
             others = f"{more} other faces have" if more else "no other face has"
-            why = f"has an edge from {start} to {end} that {others}"
-            remedy = "each edge must belong to two faces"
-            self.refuse(int(self.face[wrong[0]]), f"{why}: {remedy}")
-        # Each edge has two corners, one in each of its faces, at which the edge begins in the face.
+            why = f"{{}} has an edge from {start} to {end} that {others}: each edge must belong to two faces"
+            self.refuse(int(self.face[wrong[0]]), why)
+        # Each edge begins at one corner in each of its two faces.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
         one, other = self.face[corners_of_edge].T
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
         turn, contradictory = turned(len(self.part), one, other, same_direction)
         if contradictory.any():
-            why = "is part of a surface without inside and outside: define the faces of a solid"
+            why = "{} is part of a surface without inside and outside: define the faces of a solid"
             self.refuse(int(contradictory.argmax()), why)
         mixed = np.unique(self.block[self.part[one[same_direction]]])
         return replace(self, mixed=mixed).reversed(turn)
@@ -232,19 +232,22 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
     height[~has_area[face]] = 0.0
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
-        off = f"a corner is {height[worst]:.3g} away from its plane (tolerance {tolerance:.3g})"
         remedy = "divide it into flat faces"
         if (height <= _INEXACT * np.sqrt(size[face])).all():
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
-        surfaces.refuse(int(face[worst]), f"is not flat: {off}: {remedy}")
+        why = (
+            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from its plane "
+            f"(tolerance {tolerance:.3g}): {remedy}"
+        )
+        surfaces.refuse(int(face[worst]), why)
     block = surfaces.block[surfaces.part]
     leader = _leading_faces(surfaces, np.flatnonzero(has_area), (middle, normal, size), tolerance)
     leads, plane_of_face = np.unique(leader[has_area], return_inverse=True)
     of_face = np.full(len(count), -1)
     of_face[has_area] = plane_of_face
-    # The first axis of a plane is parallel to the first of the longest sides, so that the axis rotates with
-    # the scene.
+    # The first axis of a plane is parallel to the longest side of its face, so that the axis rotates with the
+    # scene.
     longest = np.zeros(len(count))
     np.maximum.at(longest, face, side)
     as_long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
@@ -262,16 +265,17 @@ def _leading_faces(
     geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
     tolerance: float,
 ) -> np.ndarray:
-    """Return, for each face, the index of the face in whose plane it lies; -1 for faces without area.
+    """Return the index of the face whose plane each face shares, or -1 for faces without area.
 
-    In each round, the largest face that remains of each block takes all remaining faces in its plane.
+    In each round, the largest remaining face of each block determines a plane, and all remaining faces of the
+    block in this plane share it.
 
     Parameters
     ----------
     surfaces : Surfaces
         All faces.
     faces : ndarray
-        Numbers of the faces that have area.
+        Indices of the faces that have an area.
     geometry : tuple of ndarray
         Middle, unit normal and area of each face.
     tolerance : float
@@ -317,8 +321,8 @@ def _height_of_part(
     surfaces : Surfaces
         All faces.
     face, leader : ndarray
-        Indices of the faces, and of the faces in whose planes they may lie. Faces of one part have one
-        leader.
+        Indices of the faces, and of the faces whose planes they may share. All faces of one part have the
+        same leader.
     geometry : tuple of ndarray
         Middle and unit normal of each face.
     """
@@ -336,7 +340,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return convex polygons; a polygon that crosses itself only by rounding is replaced by its hull.
+    """Return polygons, with hulls in place of polygons that cross themselves only because of rounding.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """
@@ -356,7 +360,8 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     pieces = _uncrossed(pieces, tolerance)
     crossed = ~shapely.is_valid(pieces)
     if crossed.any():
-        surfaces.refuse(int(number[crossed][0]), "crosses itself: list its corners in order around the face")
+        why = "{} crosses itself: list its corners in order round the face"
+        surfaces.refuse(int(number[crossed][0]), why)
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)
     merged = pieces[sample]
@@ -365,8 +370,8 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     for index in np.flatnonzero(count > 1):
         own = pieces_of_side[index]
         union = shapely.union_all(own)
-        # Convex pieces do not overlap, so the union must have the sum of their areas; else repeat the union
-        # on a grid.
+        # Convex pieces do not overlap, so the area of the union must be the sum of their areas. If the areas
+        # differ, repeat the union on a grid.
         if abs(union.area - shapely.area(own).sum()) > tolerance * union.length:
             union = shapely.union_all(own, grid_size=grid)
         merged[index] = union

@@ -40,7 +40,7 @@ class ConvexParts:
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: FacePlanes) -> "ConvexParts":
-        """Return the parts that are bounded by the given surfaces; the parts are assumed to be convex."""
+        """Return the parts that the given surfaces bound. The parts are assumed to be convex."""
         vertex, corner = np.unique(surfaces.vertex, return_index=True)
         # Vertices and faces are numbered part by part, so ``of_point`` is in ascending order.
         points, of_point = surfaces.points[vertex], surfaces.part[surfaces.face[corner]]
@@ -57,12 +57,12 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return two distances, shape (pairs,) each, of one part's corners from another part's planes.
+        """Return the lowest and highest corners of parts over the planes of other parts, shape (pairs,) each.
 
         Parameters
         ----------
         one, other : ndarray, shape (pairs,)
-            Pairs of parts: the planes are those of ``one``, the corners those of ``other``.
+            Pairs of parts. Corners of ``other`` are compared with planes of ``one``.
 
         Returns
         -------
@@ -89,15 +89,15 @@ class ConvexParts:
 def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
-    """Yield the pairs of parts that overlap by more than the tolerance, with their common regions.
+    """Yield the pairs of parts that overlap by more than the tolerance, with the overlapping regions.
 
-    A pair is yielded as its index in ``one`` and ``other``; indices are in ascending order.
+    A pair is given by its index in ``one`` and ``other``. The indices are in ascending order.
     """
     low, high = parts.boxes
     inside = np.minimum(high[one], high[other]) - np.maximum(low[one], low[other])
     pairs = np.flatnonzero((inside > tolerance).all(axis=1))
     for a, b in ((one, other), (other, one)):
-        # Drop pairs of parts that a plane of one of the two parts separates: they do not overlap.
+        # Leave out pairs of parts that do not overlap because a plane of one part separates them.
         pairs = pairs[parts.beyond(a[pairs], b[pairs])[0] < -tolerance]
     for pair in pairs:
         common = _common_region(parts, int(one[pair]), int(other[pair]))
@@ -106,9 +106,9 @@ def overlapping(
 
 
 def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
-    """Return the common region of two convex parts; its depth is zero if the parts do not overlap.
+    """Return the region in which two convex parts overlap. Its depth is zero if they do not overlap.
 
-    The depth is the diameter of the largest ball inside the region, which a linear program finds.
+    The depth is the diameter of the largest ball inside the region, which is computed by a linear program.
     """
     # Importing scipy.optimize and scipy.spatial takes half a second, and few scenes reach this function.
     from scipy.optimize import linprog
@@ -147,8 +147,8 @@ class Shapes(Extents):
     faces: OuterFaces  #: outer faces of the blocks
 
     within = "in a volume"
-    meeting = "only along edges or at corners, but a joint needs a face"
-    enough = 100  # each overlap takes a linear program
+    meeting = "only along edges or at corners, but a joint needs a face of one of the blocks"
+    enough = 100  # each overlap needs the solution of a linear program
 
     __repr__ = brief
 
@@ -158,7 +158,7 @@ class Shapes(Extents):
         return self.parts.points, self.parts.block[self.parts.of_point]
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of points from the convex hulls of blocks, shape (points,)."""
+        """Return the distance of each point from the convex hull of its block, shape (points,)."""
         corners, owner = self.corners
         distances = [
             _distance_from_hull(corners[owner == block] - point)
@@ -167,7 +167,7 @@ class Shapes(Extents):
         return np.array(distances, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return a lower bound of the distance of a point from a block; zero or negative if it is inside.
+        """Return a lower bound of the distance of a point from a block, which is not positive inside it.
 
         The bound of a convex part is the largest height of the point above a plane of the part. The bound of
         the block is the smallest bound of its parts.
@@ -179,7 +179,8 @@ class Shapes(Extents):
     def nearest(self, block: int) -> tuple[int, float]:
         """Return the index of the block that is nearest to a given block, and the distance of the two blocks.
 
-        Blocks are examined in the order of the distances of their boxes, which are lower bounds.
+        Blocks are examined in the order of the distances of their bounding boxes, which are lower bounds of
+        the distances of the blocks.
         """
         low, high = self.boxes
         lower_bound = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
@@ -204,9 +205,9 @@ class Shapes(Extents):
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def thickness(self) -> np.ndarray:
-        """Return the smallest distance of two parallel planes around each block, shape (blocks,).
+        """Return the least width of each block, shape (blocks,).
 
-        The thickness of a block of several parts is that of its thickest part.
+        The least width of a block with several parts is the least width of its thickest part.
         """
         parts = self.parts
         thickness = np.zeros(len(self.size))
@@ -222,7 +223,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the index of each pair of blocks that overlap, with a common region of two of their parts."""
+        """Yield the index of each pair of blocks that overlap, with the overlap of two of their parts."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
@@ -248,14 +249,13 @@ def _distance_from_hull(points: np.ndarray) -> float:
 def shapes(scene: Scene) -> Shapes:
     """Return volumes, centroids, convex parts and outer faces of the blocks of a scene.
 
-    Parts whose faces are oriented inwards are reversed, and so are single faces oriented unlike the others of
-    their part. Coplanar pieces of a block become one outer face.
+    Faces that are oriented inwards are reversed. Coplanar pieces of a block become one outer face.
 
     Raises
     ------
     CaseError
-        If the surface of a part is not closed, or if a part is not convex or has no volume. If a face is not
-        flat or crosses itself, or if parts of a block overlap. The message names the block.
+        If the surface of a part is not closed; if a part is not convex or has no volume; if a face is
+        not flat or crosses itself; or if parts of a block overlap. The message names the block.
     """
     surfaces = Surfaces.of(scene)
     origin, tolerance = frame_of(scene, surfaces.corners, surfaces.block[surfaces.part[surfaces.face]])
@@ -267,9 +267,11 @@ def shapes(scene: Scene) -> Shapes:
         scene, surfaces.block, mean_thickness(volume, area), (tolerance, RELATIVE_TOLERANCE * diagonal)
     )
     block = surfaces.block[volume <= tolerance * area / 2]
-    none = f"has no volume (tolerance {tolerance:.3g})"
     raise_for(
-        np.unique(block), scene, f"{none}: define the faces of a solid, with all coordinates in the same unit"
+        np.unique(block),
+        scene,
+        f"{{}} has no volume (tolerance {tolerance:.3g}): "
+        "define the faces of a solid, with all coordinates in the same unit",
     )
     surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
     flat = planes(surfaces, tolerance)
@@ -289,8 +291,8 @@ def shapes(scene: Scene) -> Shapes:
 def _volumes(surfaces: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return volume, surface area and centroid of each part, shapes (parts,), (parts,) and (parts, 3).
 
-    They are sums over tetrahedra between the middle of the part and the triangles of its faces. The volume is
-    negative if the faces are oriented inwards.
+    The results are sums over tetrahedra between the middle of the part and the triangles of its faces. The
+    volume is negative if the faces are oriented inwards.
     """
     count, corners, parts = surfaces.count, surfaces.corners, len(surfaces.block)
     part = surfaces.part[surfaces.face]
@@ -314,10 +316,14 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
     if farthest[worst] > tolerance:
         block, not_convex = parts.block[worst], np.unique(parts.block[farthest > tolerance])
         own = np.flatnonzero(parts.block == block)
-        what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
-        off = f"a corner is {farthest[worst]:.3g} in front of the plane of a face"
+        what = f"a part (no. {worst - own[0] + 1})" if len(own) > 1 else "a shape"
         blocks = [block, *not_convex[not_convex != block]]
-        raise_for(blocks, scene, f"has {what} that is not convex ({off}): divide it into convex 'parts'")
+        raise_for(
+            blocks,
+            scene,
+            f"{{}} has {what} that is not convex (a corner is {farthest[worst]:.3g} "
+            "in front of the plane of a face): divide it into convex 'parts'",
+        )
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
@@ -325,6 +331,10 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
     for pair, common in overlapping(parts, one, other, tolerance):
         block = parts.block[one[pair]]
         numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
-        overlap = f"overlap in a volume of {common.size:.6g} near {place(common.middle + origin, tolerance)}"
-        deep = f"{common.depth:.3g} deep: move them apart"
-        raise_for([block], scene, f"has parts no. {numbers} that {overlap}, {deep}")
+        where = place(common.middle + origin, tolerance)
+        raise_for(
+            [block],
+            scene,
+            f"the parts no. {numbers} of {{}} overlap in a volume of {common.size:.6g} "
+            f"near {where}, {common.depth:.3g} deep: move the parts apart",
+        )

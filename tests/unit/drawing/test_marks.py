@@ -297,7 +297,7 @@ def test_a_small_gap_is_marked_as_no_joint():
 def test_corners_on_corners_and_on_edges_have_marks_of_their_own():
     assert marks(CORNER, "corners") == pytest.approx(np.array([[[4, 2]]]))
     assert "corner on corner: no joint" in labels(CORNER)
-    assert any("corner on corner" in text.get_text() for text in mo.draw(CORNER).texts)
+    assert any("only at their corners" in text.get_text() for text in mo.draw(CORNER).texts)
     assert marks(on_a_corner(), "joint", shape="square") == pytest.approx(np.array([[[1, 0]]]))
     assert len(marks(on_a_corner(), "joint", shape="line")) == 3
     assert {"joint", "joint of a corner on an edge"} <= set(labels(on_a_corner()))

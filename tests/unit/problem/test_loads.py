@@ -91,7 +91,7 @@ def test_what_the_load_factor_multiplies_is_told():
 
 TWICE = 'weight = 1\n[[load]]\nblock = "2-2"\nweight = 2'
 WRONG = {
-    "no force": ("live = [1, 0]", "", ["load no. 1 ('2-2')", "'live', 'dead' or 'weight'"]),
+    "no force": ("live = [1, 0]", "", ["load no. 1 ('2-2')", "'live', 'dead', 'weight' or 'mass'"]),
     "a point alone": ("live = [1, 0]", "at = [1, 0]", ["load no. 1 ('2-2')", "'at'"]),
     "unknown key": ("live =", "liv =", ["load no. 1 ('2-2')", "did you mean 'live'"]),
     "no block": ('block = "2-2"\n', "", ["load no. 1", "'block'"]),
@@ -222,8 +222,8 @@ def test_a_line_without_a_free_edge_is_refused(line, words):
 
 
 NO_EDGE_LOADS = {
-    "'pressure' or 'force'": {},
-    "not both": {"pressure": 1, "force": (1, 0)},
+    "'pressure' and 'force'": {},
+    "exactly one of the keys": {"pressure": 1, "force": (1, 0)},
     "the same point": {"pressure": 1, "end": (0, 0)},
     "kind": {"pressure": 1, "kind": "alive"},
 }

@@ -158,9 +158,13 @@ WRONG_CASES = {
     "wrong type": ("weight = 1.0", 'weight = "1"', ["block no. 1 ('A')", "'weight'", "number"]),
     "NaN": ("[1, 1]", "[1, nan]", ["block no. 1 ('A')", "vertices[2][1]", "nan"]),
     "huge": ("[1, 1]", "[1, 1e300]", ["vertices[2][1]", "1e+300"]),
-    "overlap": ("", BESIDE, ["'A' and 'B' overlap", "move them apart"]),
+    "overlap": ("", BESIDE, ["'A' and 'B' overlap", "move the blocks apart"]),
     "no fixed block": ("fixed = true", "weight = 1", ["no block is fixed", "fixed = true"]),
-    "load on a support": ("", "live = [1.0, 0.0]", ["block no. 2 ('base')", "fixed block carries no load"]),
+    "load on a support": (
+        "",
+        "live = [1.0, 0.0]",
+        ["block no. 2 ('base')", "fixed block must have no loads"],
+    ),
     "no weight": ("weight = 1.0", "", ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
     "friction beyond any": ("0.6", "1e9", ["[joints]", "'friction'", "write inf"]),
     "single brackets": ("", '[joint]\nbetween = ["A", "base"]', ["[joint]", "double brackets"]),
@@ -171,7 +175,7 @@ WRONG_CASES = {
     "stresses of a joint that fall": ("", FALLS, ["joint between ['A', 'base']", "'dilatancy_stress'"]),
     "no block": (GOOD, "[joints]\nfriction = 0.5", ["no block"]),
     "empty": (GOOD, "", ["[joints]", "missing"]),
-    "wall without blocks": (GOOD, WALL + "courses = [[-1]]", ["[wall]", "course no. 1", "no block"]),
+    "wall without blocks": (GOOD, WALL + "courses = [[-1]]", ["[wall]", "course no. 1", "gaps only"]),
     "wall with an unknown course": (GOOD, WALL + COURSES, ["[wall]", "no course is named 'H'", "G"]),
 }
 
@@ -195,7 +199,7 @@ def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
     [
         ("missing.toml", None, "no such file"),
         ("folder.toml", ..., "is a folder"),
-        ("list.json", b"[1]", "one JSON object"),
+        ("list.json", b"[1]", "single JSON object"),
         ("broken.json", b"{", "not valid JSON"),
         ("table.json", b'{"joints": [1]}', "must be a table"),
         ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' is given twice"),

@@ -139,10 +139,13 @@ def test_blocks_at_a_thickness_have_a_force_that_no_scene_multiplies(kind):
 
 #: What is told of changes to them.
 REFUSED = [
-    *((kind, {"unit_weight": None}, "'weight' or 'unit_weight'") for kind in ("wall", "facade", "column")),
-    *((kind, {"weight": 1.0}, "not both") for kind in ("wall", "facade", "column")),
+    *(
+        (kind, {"unit_weight": None}, "exactly one of the keys 'weight' and 'unit_weight'")
+        for kind in ("wall", "facade", "column")
+    ),
+    *((kind, {"weight": 1.0}, "exactly one of the keys") for kind in ("wall", "facade", "column")),
     *((kind, {"live": (1, 0), "live_per_weight": (1, 0)}, "old name") for kind in BUILT),
-    ("wall", {"course": {"H": [1]}}, "course 'H' is never used"),
+    ("wall", {"course": {"H": [1]}}, "course 'H' is not used"),
     ("facade", {"doors": [2]}, "'doors' names opening 2"),
     ("facade", {"doors": [1, 1]}, "'doors'.*twice"),
     ("facade", {"doors": [0]}, "'doors"),
@@ -157,26 +160,26 @@ REFUSED = [
     ("column", {"width": (1.0, 0.0)}, r"'width\[1\]'"),
     ("column", {"width": 0.0}, "'width'"),
     ("column", {"drums": 0}, "'drums'"),
-    ("ring", {"angles": (90.0, 90.0)}, "'angles' sweep 0°"),
-    ("ring", {"angles": (0.0, 360.0)}, "'angles' sweep 360°"),
-    ("ring", {"voussoirs": 1}, "raise 'voussoirs'"),
+    ("ring", {"angles": (90.0, 90.0)}, "'angles' of an arch must differ .*found 0°"),
+    ("ring", {"angles": (0.0, 360.0)}, "found 360°"),
+    ("ring", {"voussoirs": 1}, "raise the number of 'voussoirs'"),
     ("ring", {"thickness": 20.0}, "'thickness'.*twice the radius"),
     (
         "ring",
         {"point_loads": [{"voussoir": 10, "force": (0.0, -1.0)}]},
-        "names voussoir 10: voussoirs are numbered 1 to 9",
+        "names voussoir 10, but the voussoirs are numbered from 1 to 9",
     ),
-    ("ring", {"point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}] * 2}, "two loads on voussoir 2"),
-    ("ring", {"skewbacks": 1.0, "angles": (200.0, 30.0)}, "level feet"),
-    ("ring", {"skewbacks": 1.0, "angles": (80.0, 30.0)}, "level feet"),
+    ("ring", {"point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}] * 2}, "several loads on voussoir 2"),
+    ("ring", {"skewbacks": 1.0, "angles": (200.0, 30.0)}, "feet are level"),
+    ("ring", {"skewbacks": 1.0, "angles": (80.0, 30.0)}, "feet are level"),
     ("arch", {"radius": 5.0, "angles": (180.0, 0.0)}, "'radius' and 'angles', or 'span' and 'rise'"),
     ("arch", {"radius": 5.0}, "'radius' and 'angles', or 'span' and 'rise'"),
     ("arch", {"span": None}, "'radius' and 'angles', or 'span' and 'rise'"),
     ("arch", {"rise": 2.5}, "even number of 'voussoirs'"),
-    ("arch", {"rise": 2.0, "voussoirs": 1}, "raise 'voussoirs'"),
-    ("arch", {"skewbacks": 1.0, "rise": 2.0}, "level feet"),
-    ("arch", {"skewbacks": 1.0, "rise": 3.0, "voussoirs": 8}, "level feet"),
-    ("arch", {"skewbacks": 0.39}, "narrower than the arch's foot, 0.4"),
+    ("arch", {"rise": 2.0, "voussoirs": 1}, "raise the number of 'voussoirs'"),
+    ("arch", {"skewbacks": 1.0, "rise": 2.0}, "feet are level"),
+    ("arch", {"skewbacks": 1.0, "rise": 3.0, "voussoirs": 8}, "feet are level"),
+    ("arch", {"skewbacks": 0.39}, "at least as wide as the foot of the arch, 0.4"),
     ("arch", {"skewbacks": 0.0}, "'skewbacks'"),
 ]
 

@@ -41,7 +41,7 @@ def test_copies_are_left_out_and_named(tmp_path, start, step):
     stones = [brick(0, y) for y in (0, 1)]
     copies = [turned(stone, start, step) for stone in (*stones, stones[1])]
     path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
-    with pytest.warns(DrawingWarning, match="3 outlines are drawn twice and were read once") as told:
+    with pytest.warns(DrawingWarning, match="3 outlines are drawn twice, and each copy was left out") as told:
         scene = mo.read_dxf(path, **GIVEN)
     (warning,) = told
     assert str(warning.message).count("on layer 'stones' repeats LWPOLYLINE") == 3
@@ -183,7 +183,7 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
         "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
     )
     assert "warning: " in err
-    assert "1 outline is drawn twice and was read once" in err
+    assert "1 outline is drawn twice, and each copy was left out" in err
 
 
 def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):

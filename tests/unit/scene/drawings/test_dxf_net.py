@@ -219,7 +219,7 @@ def test_files_that_are_no_dxf(sheet, tmp_path):
     of_binary = b"AutoCAD Binary DXF\r\n"
     for content in (b"", b"\x00\xff" * 500, b"0\nSECTION\n2\nENTITIES\n", of_binary, without_model_space):
         path.write_bytes(content)
-        with pytest.raises(mo.CaseError, match=r"sheet\.dxf: not valid DXF"):
+        with pytest.raises(mo.CaseError, match=r"sheet\.dxf: the file is not valid DXF"):
             read(path)
 
 

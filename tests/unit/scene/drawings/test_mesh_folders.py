@@ -72,7 +72,7 @@ def test_broken_files_of_a_folder_are_all_named(folder):
     lines = str(refusal.value).splitlines()
     assert len(lines) == 2
     assert lines[0].startswith(f"{folder}: a.stl: ")
-    assert lines[1].startswith(f"{folder}: b.obj: not valid OBJ")
+    assert lines[1].startswith(f"{folder}: b.obj: the file is not valid OBJ")
 
 
 def test_an_open_stone_of_a_folder_is_named_by_its_file(folder):
@@ -90,13 +90,15 @@ def test_several_objects_in_one_file_of_a_folder_are_named_by_file_and_object(fo
 
 
 def test_a_folder_without_meshes_is_refused(tmp_path):
-    with pytest.raises(mo.CaseError, match=r"contains no meshes: write one file for each block \(\.obj"):
+    with pytest.raises(
+        mo.CaseError, match=r"the folder has no meshes: write one file for each block \(\.obj"
+    ):
         mo.read_mesh(tmp_path, **GIVEN)
 
 
 def test_two_files_of_one_name_are_refused(folder):
     (folder / "stone_2.obj").write_bytes(obj({"Cube": (LOW[0] + 9, LOW[1])}))
-    with pytest.raises(mo.CaseError, match=r"has two blocks 'stone_2'"):
+    with pytest.raises(mo.CaseError, match=r"two blocks are named 'stone_2'"):
         mo.read_mesh(folder, **GIVEN)
 
 
@@ -159,18 +161,18 @@ def changed(**keys):
 
 
 BROKEN = {
-    "cut off": (GOOD[:-100], "not valid glTF: the file ends before its last corner"),
+    "cut off": (GOOD[:-100], "is not valid glTF: it ends before its last corner"),
     "version 1": (GOOD[:4] + b"\1" + GOOD[5:], "is glTF version 1: export version 2"),
-    "no JSON": (b"solid", "not valid glTF: "),
-    "a list": (b"[]", "not valid glTF: the JSON part is not an object"),
+    "no JSON": (b"solid", "is not valid glTF: "),
+    "a list": (b"[]", "is not valid glTF: the JSON part is not an object"),
     "no mesh": (changed(nodes=[{"name": "camera"}]), "has no complete faces"),
-    "missing parts": (changed(meshes=[{}]), "not valid glTF: a part is missing"),
+    "missing parts": (changed(meshes=[{}]), "is not valid glTF: a part is missing"),
     "another file": (changed(buffers=[{"uri": "stone.bin"}]), r"refers to another file \(stone\.bin\)"),
     "no base64": (
         changed(buffers=[{"uri": "data:;base64,?"}]),
-        "not valid glTF: a buffer is not base64 text",
+        "is not valid glTF: a buffer is not base64 text",
     ),
-    "a node in itself": (changed(nodes=[{"children": [0]}]), "not valid glTF: a node has two parents"),
+    "a node in itself": (changed(nodes=[{"children": [0]}]), "is not valid glTF: a node has two parents"),
     "compressed": (
         changed(
             meshes=[{"primitives": [{"attributes": {}, "extensions": {"KHR_draco_mesh_compression": {}}}]}]
@@ -182,7 +184,7 @@ BROKEN = {
 
 @pytest.mark.parametrize(("data", "named"), BROKEN.values(), ids=BROKEN)
 def test_broken_gltf_files_are_named(tmp_path, data, named):
-    with pytest.raises(mo.CaseError, match=rf"stones\.glb: {named}"):
+    with pytest.raises(mo.CaseError, match=rf"stones\.glb: the file {named}"):
         read_glb(tmp_path, data, fixed=["stone"])
 
 

@@ -74,7 +74,7 @@ def test_supports_by_layer_name_and_height(file):
         assert [block.fixed for block in read(path, **supports).blocks] == [True, False, False]
     with pytest.raises(mo.CaseError, match=r"stones\.obj: .*a, b, c.*'fixed_below'.*z = -1\)"):
         read(file(obj(blocks)))
-    with pytest.raises(mo.CaseError, match="no block 'd'"):
+    with pytest.raises(mo.CaseError, match="no block is named 'd'"):
         read(file(obj(blocks)), fixed=["d"])
     with pytest.raises(mo.CaseError, match="a mesh: key 'live': needs three numbers"):
         read(file(obj(blocks)), live=(1, 0))
@@ -161,9 +161,9 @@ CROSSED = np.concatenate([HIGH, BESIDE]), [*QUADS, *(tuple(8 + corner for corner
 WRONG = {
     "an open block": (obj(STONES | {"low": OPEN}), "block 'low' is not closed at its edge"),
     "a face alone": (obj(STONES | {"low": (STONES["low"][0], QUADS[:1])}), "block 'low' is a single face"),
-    "two of one name": (obj(STONES) + b"\n" + obj({"low": STONES["low"]}), "two blocks 'low'"),
+    "two of one name": (obj(STONES) + b"\n" + obj({"low": STONES["low"]}), "two blocks are named 'low'"),
     "a corner that is not there": (obj(STONES) + b"\nf 1 2 99", "not valid OBJ"),
-    "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ: line "),
+    "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ in line "),
     "infinite": (obj(STONES).replace(b"5.000000000", b"1e999"), "block 'high' has a coordinate"),
     "empty": (b"", "has no complete faces"),
     "a grain": (obj(STONES | {"dust": GRAIN}, 12), "block 'dust' is smaller"),

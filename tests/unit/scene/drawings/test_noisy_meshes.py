@@ -244,5 +244,5 @@ def test_a_tolerance_above_the_smallest_stone_names_the_stone(tmp_path):
     box = STONES["box"]
     path = tmp_path / "stones.obj"
     path.write_bytes(obj({"fixed": box, "pebble": (0.01 * box[0] + [0, 0, 0.5], box[1]), "high": box}))
-    with pytest.raises(mo.CaseError, match=r"block 'pebble' .*tolerance of 0\.03"):
+    with pytest.raises(mo.CaseError, match=r"block 'pebble' .*tolerance 0\.03"):
         mo.read_mesh(path, friction=0.7, unit_weight=1.0, tolerance=0.03)

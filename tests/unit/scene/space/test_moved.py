@@ -268,7 +268,7 @@ NO_SOLIDS = {
 
 @pytest.mark.parametrize(("blocks", "words"), NO_SOLIDS.values(), ids=NO_SOLIDS)
 def test_what_is_no_solid_is_refused_by_name(blocks, words):
-    with pytest.raises(mo.CaseError, match="scene: block 'A'") as error:
+    with pytest.raises(mo.CaseError, match="block 'A'") as error:
         shapes(blocks)
     for word in words:
         assert word in str(error.value)
