@@ -130,7 +130,7 @@ def crossing(
     return answer.load_factor is not None if answer.passed is None else answer.passed
 
 
-@command(mo.directions, mo.solve, Cases.save, leave="tolerance settled", vertical=_VERTICAL, plot=PICTURE)
+@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
     """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong input."""
     drawing = given.take(Cases.save)

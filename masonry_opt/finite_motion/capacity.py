@@ -28,6 +28,7 @@ from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.solution.reasons import Code, Reason
@@ -57,6 +58,7 @@ _NOT_FOLLOWED = {
 }
 
 
+@suggests_arguments
 def capacity(
     result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
@@ -292,6 +294,7 @@ class Capacity:
         moves = speeds > MOVES * speeds.max()
         return sizes[moves], rates[moves], control_rate
 
+    @suggests_arguments
     def check(
         self,
         spectrum: Sequence[tuple[float, float]],

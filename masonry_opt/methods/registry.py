@@ -84,6 +84,9 @@ FORMER_METHODS = {
 #: Name of the argument, and of the option of a method, that limits the time in seconds.
 _TIME_LIMIT = "time_limit"
 
+#: Name of the argument for movements of supports, which some functions take.
+_SETTLED = "settled"
+
 #: Arguments that every function with options of a method passes on. Errors about unknown options suggest
 #: these arguments.
 _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
@@ -181,6 +184,8 @@ class HowToSolve:
 
     def _instead(self, option: str, known: Iterable[str]) -> str:
         """Return the end of an error message: advice about an option that the method does not have."""
+        if option == _SETTLED:
+            return "; functions that take it: solve, solve_cases, directions, crossing"
         homes = _homes(option)
         if homes:
             return f"; methods that have it: {', '.join(homes)}"
