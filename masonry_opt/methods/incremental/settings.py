@@ -77,8 +77,9 @@ class IncrementalSettings:
     #: is smaller, rounding errors count; if it is larger, joints near their friction limit slide too early.
     rounding: float = 1e-9
     #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
-    #: stiffness. The share also applies to the matrix that determines the mean force. If this value is smaller, matrices of free blocks are singular except for rounding errors;
-    #: if it is larger, mechanisms are less exact.
+    #: stiffness. The share also applies to the matrix that determines the mean force. If this value is
+    #: smaller, matrices of free blocks are singular except for rounding errors; if it is larger, mechanisms
+    #: are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of matrices that are factorised as banded matrices, as in the plane. Matrices
     #: with a larger half-bandwidth are factorised as sparse matrices. The choice affects only the time.
