@@ -315,6 +315,12 @@ class MovedBlocks:
         is_free = slips.any(axis=1) & ~optimum.pressed
         return stays & ~is_free[:, None], slides & ~is_free
 
+    def slip_share(self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray) -> float:
+        """Return the largest slip of a touching corner, relative to the speed of the fastest corner."""
+        _, slip = self.relative(poses, motion)
+        speed = self._fastest_of_blocks(poses, motion) or 1.0
+        return float(np.abs(slip[touch]).max(initial=0.0)) / speed
+
 
 def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Return True for the joints of a problem that carry a force, shape (joints,)."""

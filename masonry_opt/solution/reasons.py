@@ -175,9 +175,11 @@ class Code(StrEnum):
     JOINT_CLOSES = "joint closes"
     JOINT_OPENS = "joint opens"  # Value: ``pairs``, the two blocks of the joint
     # Values: ``associative`` load factor, None if unlimited; ``pairs``, the two blocks of each joint that
-    # slides at the onset of collapse; ``turning``, in space λ at which a single body rotates.
+    # slides at the onset of collapse; ``slip``, in the plane the largest slip of a joint over the speed of
+    # the fastest corner; ``turning``, in space λ at which a single body rotates.
     NOT_HINGING = "not hinging"
-    # Value: ``pairs``, the two blocks of each joint that slides.
+    # Values: ``pairs``, the two blocks of each joint that slides; ``slip``, in the plane the largest slip of
+    # a joint over the speed of the fastest corner.
     JOINTS_SLIDE = "joints slide"
     # Value: ``blocks``, the blocks that meet where there is no joint.
     BLOCKS_MEET = "blocks meet"
