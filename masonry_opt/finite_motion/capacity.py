@@ -105,9 +105,11 @@ def capacity(
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     not_followed = _not_followed(assembly)
     if not_followed:
-        known = "a capacity curve needs joints that can only rotate, open and close"
-        remedy = f"omit {' and '.join(not_followed)}, or compute only the load factor with 'solve'"
-        raise OptionError(f"{result.case}: {known}: {remedy}")
+        where = "in the plane" if dimension == 2 else "in space"
+        known = f"a capacity curve {where} cannot follow {' and '.join(not_followed)}"
+        omitted = "it" if len(not_followed) == 1 else "them"
+        instead = f"omit {omitted}, or compute only the load factor with 'solve'"
+        raise OptionError(f"{result.case}: {known}: {instead}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -134,7 +136,7 @@ def _not_followed(assembly: Assembly) -> list[str]:
         if is_strut and assembly.scene.dimension == 3:
             continue
         parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
-    crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
+    crushing = ["limited 'strength' of joints"] if len(assembly.problem.crushing) else []
     return [*parts, *crushing]
 
 

@@ -213,6 +213,9 @@ class Code(StrEnum):
     # ``value`` of the strength or prestress; ``weight`` of a median block, or the sum of all dead loads if
     # the value is too large.
     STRENGTH_DIFFERS = "strength differs"
+    # Values: ``key``, "strength" or "cohesion" of joints; ``value``; ``weight``, the stress below a column of
+    # the median unit weight that is as high as the scene.
+    STRESS_DIFFERS = "stress differs"
     # Values: ``pairs`` of blocks on both sides of a gap; ``widths`` of the gaps; ``option`` of the scene that
     # closes all gaps, "tolerance" or "contact_tolerance"; ``tolerance``, the value of that option.
     SMALL_GAPS = "small gaps"

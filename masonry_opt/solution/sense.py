@@ -10,6 +10,7 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import linked
+from masonry_opt.solution.force_units import lower_median, unit_weights, unusual_stresses
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
@@ -81,6 +82,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_weights(assembly),
         *_fill_weights(assembly),
         *_strengths(assembly),
+        *unusual_stresses(assembly),
     )
 
 
@@ -263,11 +265,11 @@ def _weights(assembly: Assembly) -> list[Reason]:
     """Return warnings about unit weights and force-to-weight ratios that suggest a mix of units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
-    density = _unit_weights(assembly)
+    density = unit_weights(assembly)
     heavy = density > 0
     if not heavy.any():
         return []
-    median = _lower_median(density[heavy])
+    median = lower_median(density[heavy])
     ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
     has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
@@ -293,24 +295,12 @@ def _weights(assembly: Assembly) -> list[Reason]:
     return warnings
 
 
-def _unit_weights(assembly: Assembly) -> np.ndarray:
-    """Return the weight of each movable block divided by its area or volume, shape (b,)."""
-    scene, movable = assembly.scene, assembly.movable
-    size = assembly.geometry.size[movable] * scene.thickness
-    return weights(scene, assembly.geometry, movable) / size
-
-
-def _lower_median(values: np.ndarray) -> float:
-    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
-    return float(np.quantile(values, 0.5, method="lower"))
-
-
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about unit weights of fills and backings that suggest a unit other than the blocks'.
 
     If all blocks are weightless, fills and backings are compared with each other.
     """
-    of_blocks = _unit_weights(assembly)
+    of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
     fills = assembly.scene.fills
     beside = "blocks" if len(heavy) else "fill"
@@ -318,7 +308,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
         return
-    other = _lower_median(compared)
+    other = lower_median(compared)
     for number, fill in enumerate(fills, start=1):
         for zone, backing in zip(fill.zones, (False, True), strict=False):
             ratio = zone.unit_weight / other
@@ -334,7 +324,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():
         return
-    median = _lower_median(weight[weight > 0])
+    median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
     # A small prestress is no mistake: a tie may be tightened by hand.

@@ -28,6 +28,9 @@ class StudyCode(StrEnum):
     #: Values: ``count``, the number of undecided positions of a crossing; ``positions``, with the first of
     #: them.
     POSITIONS_UNDECIDED = "positions undecided"
+    #: Values: ``name`` of the axles; ``unit_weight``, the median of the blocks, if the axles are a common
+    #: set; otherwise ``load`` of all axles and ``weight``, the sum of all dead loads.
+    AXLES_DIFFER = "axles differ"
     #: Value: ``cases``, the names of the load cases without axles.
     CASES_WITHOUT_AXLES = "cases without axles"
     #: Values: ``end``, "least" or "greatest"; ``reaction`` of the answer; ``incremental``, the reaction at
