@@ -14,6 +14,7 @@ from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.names import ProblemNames
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.answer import (
@@ -189,6 +190,7 @@ class StateCheck:
         }
 
 
+@suggests_arguments
 def certify(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | Assembly | str | Path,
     load_factor: float,

@@ -20,6 +20,7 @@ from masonry_opt.reporting.stability import STABLE
 from masonry_opt.reporting.summary import of_fills
 from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.result import Result
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
 from masonry_opt.solution.answer import Existence
@@ -116,6 +117,7 @@ class DualityReport:
         return printable("\n".join(lines)).rstrip("\n")
 
 
+@suggests_arguments
 def check(scene: Scene | str | Path) -> DualityReport:
     """Solve the associative problem statically and kinematically, in CVXPY and in Pyomo, and compare.
 

@@ -8,6 +8,7 @@ from masonry_opt.brief import brief
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.bounds.least import prove_least as prove_least_state
 from masonry_opt.methods.task import Task
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.proof import Proof
 from masonry_opt.suitability import refuse_without_live_load
@@ -39,6 +40,7 @@ class LeastLoadFactor:
         return f"λ = {self.load_factor:.6g} is the least, proven by {count} conflicts"
 
 
+@suggests_arguments
 def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFactor:
     """Search for the least Coulomb load factor of a plane scene, and prove that it is the least.
 

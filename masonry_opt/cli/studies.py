@@ -1,6 +1,7 @@
 """Commands `masonry-opt capacity`, `crossing`, `directions`, `least`, `report` and `settle`."""
 
 import csv
+import itertools
 import json as json_module
 import math
 from functools import partial
@@ -130,7 +131,7 @@ def crossing(
     return answer.load_factor is not None if answer.passed is None else answer.passed
 
 
-@command(mo.directions, mo.solve, Cases.save, leave="tolerance settled", vertical=_VERTICAL, plot=PICTURE)
+@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
     """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong input."""
     drawing = given.take(Cases.save)
@@ -259,7 +260,14 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
     scenes = [scene.with_load_case(case) for case in cases] or [scene]
     if scene.axles and any(case_scene.factor_of_axles for case_scene in scenes):
         begins("crossing")
-        answers.append(mo.crossing(scene, progress=lambda x, _: show(f"first axle at {x:.4g}"), **options))
+        count = itertools.count(1)
+
+        def progress(position: float, _: float) -> None:
+            show(f"crossing: first axle at {position:.4g} ({counted(next(count), 'position')} solved)")
+
+        answers.append(
+            mo.crossing(scene, progress=progress, phases=lambda words: show(f"crossing: {words}"), **options)
+        )
     if not answers:
         begins("collapse")
         answers.append(mo.solve(scene, phases=show, **options))

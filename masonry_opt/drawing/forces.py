@@ -9,7 +9,7 @@ from masonry_opt.drawing import colours
 from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
+from masonry_opt.problem.loads import Forces, LoadedPiece, moment_of
 from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
@@ -57,7 +57,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     """
     yield from fill_marks(assembly, motion)
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
-    all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
+    all_loads = assembly.block_loads
     rows = 0  # number of drawn arrows that each stand for many forces
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
@@ -192,6 +192,8 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
     yield Marks("filled", "edge that fill touches", "line", colours.FILL, 1.8, ends, motion[owner])
     for fill in assembly.scene.fills:
         road = np.array(fill.road) - assembly.geometry.origin
+        if assembly.at_rest is not None:
+            road = assembly.scene.settled.road(assembly.scene, assembly.at_rest.geometry, road)
         yield Marks("road", "road", "line", colours.FILL, 1.2, np.stack([road[:-1], road[1:]], axis=1))
 
 

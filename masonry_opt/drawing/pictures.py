@@ -23,6 +23,7 @@ from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contacts.joints import refuse_floating
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.sense import warnings_of
@@ -35,6 +36,7 @@ _TINY_NAME = 1.0
 _MANY = 200
 
 
+@suggests_arguments
 def draw(
     scene: Scene | str | FilePath,
     path: str | FilePath | None = None,

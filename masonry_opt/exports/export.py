@@ -34,7 +34,7 @@ from masonry_opt.proving import prove_least
 from masonry_opt.reporting.sentences import by_sides
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.mistakes import instead_of
+from masonry_opt.scene.mistakes import instead_of, suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
@@ -191,6 +191,7 @@ CLAUSES_END = ".cnf"  #: Ending of files of clauses.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
+@suggests_arguments
 def export(
     scene: Scene | Result | str | Path,
     path: str | Path,

@@ -28,6 +28,7 @@ from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.solution.reasons import Code, Reason
@@ -57,6 +58,7 @@ _NOT_FOLLOWED = {
 }
 
 
+@suggests_arguments
 def capacity(
     result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
@@ -106,9 +108,11 @@ def capacity(
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     not_followed = _not_followed(assembly)
     if not_followed:
-        known = "a capacity curve needs joints that can only rotate, open and close"
-        remedy = f"omit {' and '.join(not_followed)}, or compute only the load factor with 'solve'"
-        raise OptionError(f"{result.case}: {known}: {remedy}")
+        where = "in the plane" if dimension == 2 else "in space"
+        known = f"a capacity curve {where} cannot follow {' and '.join(not_followed)}"
+        omitted = "it" if len(not_followed) == 1 else "them"
+        instead = f"omit {omitted}, or compute only the load factor with 'solve'"
+        raise OptionError(f"{result.case}: {known}: {instead}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -135,7 +139,7 @@ def _not_followed(assembly: Assembly) -> list[str]:
         if is_strut and assembly.scene.dimension == 3:
             continue
         parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
-    crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
+    crushing = ["limited 'strength' of joints"] if len(assembly.problem.crushing) else []
     return [*parts, *crushing]
 
 
@@ -304,6 +308,7 @@ class Capacity:
         moves = speeds > MOVES * speeds.max()
         return sizes[moves], rates[moves], control_rate
 
+    @suggests_arguments
     def check(
         self,
         spectrum: Sequence[tuple[float, float]],

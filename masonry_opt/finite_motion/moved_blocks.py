@@ -1,5 +1,6 @@
 """Contacts, equilibrium problem and least violation of equilibrium of displaced blocks."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +14,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import displaced, moved, placed, turned
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, moments_in
+from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result
@@ -41,7 +42,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
     Raises OptionError if these forces do not add up to the loads of the problem. The points of action of some
     loads, such as the pressure of fill, are not known after the onset of collapse.
     """
-    parts = loads(assembly.scene, assembly.geometry, assembly.movable)
+    parts = assembly.block_loads
     dead = _joined(assembly, "dead", parts.weight, parts.dead)
     live = _joined(assembly, "live", parts.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
@@ -76,19 +77,36 @@ def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
     return Forces(block, force, piece.ends[0] + np.outer(_SIMPSON_POINTS, edge), np.zeros(0))
 
 
-def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
-    """Return the two blocks with the deepest overlap; the list is empty if no blocks overlap.
+def overlapping(
+    shapes: Any,
+    poses: np.ndarray,
+    body: np.ndarray,
+    allowed: Mapping[frozenset[int], float] | None = None,
+) -> list[int]:
+    """Return the two blocks with the deepest overlap; an empty list if no blocks overlap.
 
-    ``body`` is the number of each block's rigid body. Only blocks of different bodies can overlap, and the
-    block of the body with the higher number is the first.
+    The block of the body with the higher number comes first.
+
+    Parameters
+    ----------
+    shapes: Shapes of the blocks at rest.
+    poses: Poses of all blocks.
+    body: Number of the rigid body of each block; only blocks of different bodies count.
+    allowed: Depth up to which two blocks may overlap because their joint crushes.
     """
+    allowed = allowed or {}
     moved_shapes = displaced(shapes, poses)
     low, high = moved_shapes.boxes
     boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
     first, second = shapely.STRtree(boxes).query(boxes)
     near = ((low[first] < high[second]) & (low[second] < high[first])).all(axis=1)
     pairs = np.column_stack([first, second])[near & (body[first] > body[second])]
-    deepest = max(moved_shapes.overlaps(pairs), key=lambda overlap: overlap[1].depth, default=None)
+    overlaps = (
+        (number, common)
+        for number, common in moved_shapes.overlaps(pairs)
+        if common.depth > allowed.get(frozenset(pairs[number].tolist()), 0.0)
+    )
+    deepest = max(overlaps, key=lambda overlap: overlap[1].depth, default=None)
     return pairs[deepest[0]].tolist() if deepest else []
 
 
@@ -311,6 +329,12 @@ class MovedBlocks:
         slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & optimum.pressed)
         is_free = slips.any(axis=1) & ~optimum.pressed
         return stays & ~is_free[:, None], slides & ~is_free
+
+    def slip_share(self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray) -> float:
+        """Return the largest slip of a touching corner, relative to the speed of the fastest corner."""
+        _, slip = self.relative(poses, motion)
+        speed = self._fastest_of_blocks(poses, motion) or 1.0
+        return float(np.abs(slip[touch]).max(initial=0.0)) / speed
 
 
 def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:

@@ -290,7 +290,8 @@ class HingingPath:
             if len(slides) or not self._can_move(state):
                 associative = None if optimum is None else self.unit * optimum.value
                 pairs = self.assembly.pairs(slides)
-                raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
+                slip = self.blocks.slip_share(first.touch, first.poses, state.motion)
+                raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs, slip=slip))
             optimum = state
         self.steps = [replace(first, touch=self._opened(first.touch, first.poses, optimum))]
         self.motion = optimum.motion
@@ -344,7 +345,9 @@ class HingingPath:
         """
         stays, slides = self.blocks.after(touch, poses, optimum)
         if slides.any():
-            raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
+            pairs = self.assembly.pairs(np.flatnonzero(slides))
+            slip = self.blocks.slip_share(touch, poses, optimum.motion)
+            raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=pairs, slip=slip))
         if (stays == touch).all():
             raise _PathEnded(reason(Code.LOCKS))
         return stays

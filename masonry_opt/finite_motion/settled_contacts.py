@@ -12,11 +12,12 @@ import numpy as np
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import placed, turned
+from masonry_opt.problem.limited_forces import LimitedForce, Role
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.rows import dots, lengths, linked
 from masonry_opt.solution.motion import fastest, joint_motion, velocities
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SEPARATES
+from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 
 #: Number of steps in which the supports move to their final positions. More steps provide better starts of
 #: the Gauss–Newton method for large rotations.
@@ -57,6 +58,10 @@ class Contacts:
     rates: Velocities (vx, vy, ω) of all blocks for the movement of the supports, shape (blocks, 3). They are
         those of the point of each block at the origin.
     supports: Indices of the supports that move.
+    contact: Position at rest of each contact point that stays closed, shape (points, 2): the end of the
+        joint. At a joint that crushes, the position is where the joint neither opens nor crushes.
+    crushed_depth: Depth over which each joint crushes, relative to its length, shape (joints,).
+    struts: Ties and props that keep their length in the mechanism.
     """
 
     assembly: Assembly
@@ -64,6 +69,9 @@ class Contacts:
     slides: np.ndarray
     rates: np.ndarray
     supports: np.ndarray
+    contact: np.ndarray
+    crushed_depth: np.ndarray
+    struts: tuple[LimitedForce, ...] = ()
 
     @classmethod
     def of(cls, freed: Assembly, solution: Solution, scale: float, supports: np.ndarray) -> "Contacts":
@@ -76,12 +84,18 @@ class Contacts:
         gap = np.empty(len(joints.joint))  # opening rate of each contact point
         gap[freed.pressed] = freed.problem.at_points(freed.problem.motion(solution.d))
         nearest, speed = -joints.most(-gap), fastest(freed, solution.d)
+        contact, depth = _crushed(freed, solution, gap, speed)
+        # A joint that crushes and slips counts as a joint that slides.
+        slip = np.abs(freed.problem.shears(freed.problem.motion(solution.d))).max(axis=0)
+        slides = motion.slides | (motion.crushes & (freed.most_of_joints(slip) > SLIDES * speed))
         touches = ~motion.separates[joints.joint] & (gap <= nearest[joints.joint] + SEPARATES * speed)
         blocks = np.arange(len(freed.scene.blocks))
         at_origin = velocities(freed, solution.d, blocks, np.zeros((len(blocks), 2)))
         rotation = np.zeros(len(blocks))
         rotation[freed.movable] = freed.problem.moments(solution.d)[:, 0] / freed.problem.length_unit
-        return cls(freed, touches, motion.slides, scale * np.column_stack([at_origin, rotation]), supports)
+        rates = scale * np.column_stack([at_origin, rotation])
+        struts = _stiff_struts(freed, rates, scale * speed)
+        return cls(freed, touches, slides, rates, supports, contact, depth, struts)
 
     @property
     def joints(self) -> Joints:
@@ -132,8 +146,8 @@ class Contacts:
         joints = self.joints
         first, second = joints.first[joints.joint], joints.second[joints.joint]
         tangent = joints.tangent[joints.joint]
-        at = dots(joints.point - joints.start[joints.joint], tangent)
-        slip = placed(joints.point, self.rates[first]) - placed(joints.point, self.rates[second])
+        at = dots(self.contact - joints.start[joints.joint], tangent)
+        slip = placed(self.contact, self.rates[first]) - placed(self.contact, self.rates[second])
         ahead = at + np.sign(dots(slip, tangent)) * self.assembly.geometry.tolerance
         low, high = self._intervals[joints.joint, 1].T
         on_second = (low < ahead) & (ahead < high)
@@ -205,8 +219,9 @@ class Contacts:
     def _conditions(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the gaps of closed contact points, the slips of hinges, and their derivatives.
 
-        Gaps are measured along the normal of the edge of the point's ``face``. The derivatives, first of the
-        gaps and then of the slips, are with respect to the poses of all bodies.
+        Gaps are measured along the normal of the edge of the point's ``face``. Changes of length of ties and
+        props that neither yield nor slacken follow the gaps. The derivatives are by the poses of all bodies,
+        first of the gaps and then of the slips.
         """
         joints, body = self.joints, self.bodies
         points = np.flatnonzero(self.touches & (body[joints.first] != body[joints.second])[joints.joint])
@@ -216,7 +231,7 @@ class Contacts:
         rows = np.arange(len(points))
         for sign, block in ((1.0, joints.first[joint]), (-1.0, joints.second[joint])):
             own = body[block]
-            arm = turned(joints.point[points], poses[own])
+            arm = turned(self.contact[points], poses[own])
             apart += sign * (arm + poses[own, :2])
             slope[rows[:, None], [0, 1], own[:, None], [0, 1]] += sign
             slope[rows, :, own, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
@@ -227,7 +242,27 @@ class Contacts:
             derivative[rows, face, 2] += dots(apart, np.column_stack([-along[:, 1], along[:, 0]]))
             parts.append(dots(apart, along))
             derivatives.append(derivative.reshape(len(points), poses.size))
-        return parts[0], parts[1][sticks], np.vstack([derivatives[0], derivatives[1][sticks]])
+        change, of_struts = self._lengthening(poses)
+        derivative = np.vstack([derivatives[0], of_struts, derivatives[1][sticks]])
+        return np.append(parts[0], change), parts[1][sticks], derivative
+
+    def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the changes of length of ``struts``, shape (k,), and their derivatives by all poses."""
+        change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
+        for row, strut in enumerate(self.struts):
+            apart = np.zeros(2)
+            ends = [(action.block, action.point) for action in strut.actions]
+            for sign, (block, point) in zip((-1.0, 1.0), ends, strict=True):
+                apart += sign * (placed(point, poses[self.bodies[block]]) if block >= 0 else point)
+            length = float(np.hypot(*apart))
+            change[row] = length - float(np.hypot(*(ends[1][1] - ends[0][1])))
+            for sign, (block, point) in zip((-1.0, 1.0), ends, strict=True):
+                if block >= 0:
+                    body = self.bodies[block]
+                    x, y = turned(point, poses[body])
+                    along = sign * apart / length
+                    slope[row, body] += [*along, along @ np.array([-y, x])]
+        return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
         """Raise SettlementBlockedError if contacts that should stay closed have gaps, overlaps or slips."""
@@ -300,7 +335,65 @@ class Contacts:
             point[moved.last_point[number]] = across + high * tangent
         return replace(moved, point=point)
 
-    def open_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return True for the ends of the remaining joints that have opened, shape (2, joints)."""
+    def crushed_overlaps(self, poses: np.ndarray) -> dict[frozenset[int], float]:
+        """Return the depth up to which pairs of blocks overlap because their joint crushes."""
+        joints, tolerance = self.joints, self.assembly.geometry.contact_tolerance
+        depths: dict[frozenset[int], float] = {}
+        for number in np.flatnonzero(self.crushed_depth):
+            pair = int(joints.first[number]), int(joints.second[number])
+            turn = abs(float(poses[pair[0], 2] - poses[pair[1], 2]))
+            depths[frozenset(pair)] = self.crushed_depth[number] * joints.extent[number] * turn + tolerance
+        return depths
+
+    def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
+        """Return the depth of each remaining joint that can carry a force, relative to its length.
+
+        The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
+        crushes it is twice the crushed depth, because the crushed depth changes as the forces change.
+        """
         joints = self.joints
-        return np.asarray(~self.touches[np.stack([joints.first_point, joints.last_point])][:, kept])
+        closed = self.touches[joints.first_point] & self.touches[joints.last_point]
+        depth = np.minimum(2 * self.crushed_depth, 1.0)
+        return np.asarray(np.where(closed, 1.0, depth)[kept])
+
+    def far_ends(self, kept: np.ndarray) -> np.ndarray:
+        """Return True where the first end of a remaining joint has opened, shape (joints,)."""
+        return np.asarray(~self.touches[self.joints.first_point][kept])
+
+
+def _stiff_struts(freed: Assembly, rates: np.ndarray, speed: float) -> tuple[LimitedForce, ...]:
+    """Return the ties and props that keep their length at given velocities of all blocks."""
+    rates = np.vstack([rates, np.zeros(3)])  # the ground has the index −1
+    stiff = []
+    for force in freed.limited:
+        lengthening = 0.0
+        for action in force.actions:
+            *velocity, turn = rates[action.block]
+            across = np.array([-action.point[1], action.point[0]])
+            lengthening += float(action.force @ (velocity + turn * across))
+        if force.role in (Role.TIE, Role.PROP) and abs(lengthening) <= SEPARATES * abs(speed):
+            stiff.append(force)
+    return tuple(stiff)
+
+
+def _crushed(
+    freed: Assembly, solution: Solution, gap: np.ndarray, speed: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the contact points at rest, and the depth over which each joint crushes.
+
+    A joint that turns crushes over the depth that carries its normal force n at the strength of the joint:
+    n / f_c per unit thickness. It neither opens nor crushes at the end of this depth. The returned depths are
+    relative to the length of the joint. ``gap`` is the opening rate at each contact point.
+    """
+    assert solution.q is not None
+    joints, problem = freed.joints, freed.problem
+    contact, depth = joints.point.copy(), np.zeros(len(joints.first))
+    share = np.zeros(problem.joints)
+    share[problem.crushing] = problem.normal_forces(solution.q)[problem.crushing] / problem.crushing_force
+    ends = np.stack([joints.first_point, joints.last_point])
+    for number in freed.joint[problem.crushing]:
+        near, far = ends[np.argsort(gap[ends[:, number]]), number]
+        if gap[near] < 0 and gap[far] - gap[near] > SEPARATES * speed:
+            depth[number] = share[number]
+            contact[near] += depth[number] * (joints.point[far] - joints.point[near])
+    return contact, depth

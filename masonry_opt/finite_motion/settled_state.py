@@ -25,8 +25,11 @@ from masonry_opt.solution.thresholds import MOVES
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
-#: Required form of the movements of supports, for error messages.
-_FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+#: Form of the movements of supports, for error messages.
+_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+#: Least depth of an opened joint of limited strength that carries forces, relative to its length. A joint
+#: without force does not crush, but may have to carry a force after the settlement.
+_LEAST_DEPTH = 0.01
 #: Largest number of times that a movement is halved in the search for a movement that the blocks can follow.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
@@ -48,8 +51,8 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     ------
     OptionError
         If a support does not exist, is a movable block or touches no movable block; if a movement is not two
-        or three numbers, or is so large that the mechanism changes; if blocks are solids, or joints have a
-        limited strength; if the scene is unstable, or does not follow the supports.
+        or three numbers, or is so large that the mechanism changes; if blocks are solids; if the scene is
+        unstable, or does not follow the supports.
     CaseError
         If the scene is wrong.
     """
@@ -64,8 +67,6 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
         raise OptionError(f"{scene.origin}: the supports have settled already: specify all movements at once")
     movements = _movements(scene, settled)
     assembly = assemble(scene)
-    if len(assembly.problem.crushing):
-        raise OptionError(f"{scene.origin}: 'settled' needs joints of unlimited strength: omit 'strength'")
     if _falls(assembly.problem):
         raise OptionError(
             f"{scene.origin}: the scene is unstable under its dead load before its supports settle: run "
@@ -184,7 +185,7 @@ def _state(
         kept, joints = contacts.displaced_joints(poses)
     except SettlementBlockedError as reason:
         return str(reason)
-    meeting = overlapping(assembly.geometry, poses, contacts.bodies)
+    meeting = overlapping(assembly.geometry, poses, contacts.bodies, contacts.crushed_overlaps(poses))
     if meeting:
         first, second = assembly.names(np.array(meeting))
         return f"blocks '{first}' and '{second}' collide before the supports reach their new positions"
@@ -196,17 +197,35 @@ def _state(
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
     state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
-    if _falls(_without_opened_ends(problem, contacts.open_ends(kept))):
+    if _falls(_opened(problem, contacts.carrying_depths(kept), contacts.far_ends(kept))):
         return "the masonry falls under its dead load before the supports reach their new positions"
     return state
 
 
-def _without_opened_ends(problem: Problem, opened: np.ndarray) -> Problem:
-    """Return a problem in which the opened ends of joints, shape (2, joints), carry no force."""
-    carries = np.ones(problem.B.shape[1])
-    carries[: opened.size] = ~opened.ravel()
-    B = sp.csr_array(problem.B @ sp.diags_array(carries))
-    return replace(problem, matrices=replace(problem.matrices, B=B), settled=None)
+def _opened(problem: Problem, depths: np.ndarray, first_is_far: np.ndarray) -> Problem:
+    """Return a problem in which opened joints carry forces over a part of their length only.
+
+    The force at the far end of a joint acts at this depth from the near end, relative to the length of the
+    joint. A crushing joint has the strength of this depth.
+
+    Parameters
+    ----------
+    problem: The problem of the displaced blocks.
+    depths: Depth of each joint that carries forces, relative to its length, shape (joints,).
+    first_is_far: True where the first end of a joint is its far end, shape (joints,).
+    """
+    joints, columns = problem.joints, problem.B.shape[1]
+    number = np.arange(joints)
+    far = np.where(first_is_far, number, joints + number)
+    near = np.where(first_is_far, joints + number, number)
+    shares = sp.lil_array((columns, columns))
+    shares.setdiag(1.0)
+    shares[far, far] = depths
+    shares[near, far] = 1.0 - depths
+    B = sp.csr_array(problem.B @ sp.csr_array(shares))
+    of_crushing = np.maximum(depths[problem.crushing], _LEAST_DEPTH)
+    law = replace(problem.law, crushing_force=problem.law.crushing_force * of_crushing)
+    return replace(problem, matrices=replace(problem.matrices, B=B), law=law, settled=None)
 
 
 def _short(movement: tuple[float, float, float]) -> tuple[float, ...]:

@@ -84,6 +84,9 @@ FORMER_METHODS = {
 #: Name of the time limit in seconds, which is an argument of ``solve`` and an option of some methods.
 _TIME_LIMIT = "time_limit"
 
+#: Name of the argument for movements of supports, which some functions take.
+_SETTLED = "settled"
+
 #: Arguments that every function with options of a method accepts too. An error about an unknown option
 #: suggests one of them if the names are similar.
 _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
@@ -181,6 +184,8 @@ class HowToSolve:
 
     def _instead(self, option: str, known: Iterable[str]) -> str:
         """Return the end of an error message, which advises what to use instead of an unknown option."""
+        if option == _SETTLED:
+            return "; functions that take it: solve, solve_cases, directions, crossing"
         homes = _homes(option)
         if homes:
             return f"; methods that have it: {', '.join(homes)}"

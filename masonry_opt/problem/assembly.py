@@ -74,6 +74,13 @@ class Assembly:
         return ProblemNames(self.problem, *(labels_of(names, legal) for names in (joints, movable, limited)))
 
     @property
+    def block_loads(self) -> Loads:
+        """Return the loads on the movable blocks; after a settlement, at the displaced points of action."""
+        if self.at_rest is None:
+            return loads(self.scene, self.geometry, self.movable)
+        return _moved_loads(self.at_rest, self.scene.settled)
+
+    @property
     def joint(self) -> np.ndarray:
         """Return, for each joint of the problem, the index of the scene's joint to which it belongs.
 
@@ -203,9 +210,7 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     pieces, filled = state.pieces(at_rest.loaded_pieces), state.pieces(at_rest.filled_pieces)
     limited = (*state.struts(at_rest.limited), *pressures(scene, filled))
     matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)
-    parts = loads(scene, at_rest.geometry, movable)
-    poses = state.poses[movable]
-    block_loads = Loads(*(moved(forces, poses) for forces in (parts.weight, parts.dead, parts.live)))
+    block_loads = _moved_loads(at_rest, state)
     further_loads = resultants(shapes, pieces), fill_forces(scene, shapes, filled)
     dead, live, force_unit = _scaled_loads(scene, block_loads, shapes, movable, matrices, *further_loads)
     law = _law(scene, joints, limited, force_unit)
@@ -219,6 +224,13 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     return Assembly(
         problem, scene, shapes, joints, movable, at_rest.bare_edge_loads, pieces, filled, limited, at_rest
     )
+
+
+def _moved_loads(at_rest: Assembly, state: SettledState) -> Loads:
+    """Return the loads on the movable blocks, at points that have moved with the blocks."""
+    parts = loads(at_rest.scene, at_rest.geometry, at_rest.movable)
+    poses = state.poses[at_rest.movable]
+    return Loads(*(moved(forces, poses) for forces in (parts.weight, parts.dead, parts.live)))
 
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:

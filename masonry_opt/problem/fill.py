@@ -56,14 +56,21 @@ class FilledPiece:
         return float(self.ends[0, 0] - self.ends[1, 0]) * float(self.stress.mean())
 
 
-def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
+def _called(number: int) -> str:
+    """Return the name of the road of a fill in errors; ``number`` is the index of the fill."""
+    return f"the road of fill no. {number + 1}"
+
+
+def profile_of(scene: Scene, shapes: Geometry, number: int, road: np.ndarray | None = None) -> Profile:
     """Return the profile of uppermost block edges below the road of a fill.
 
-    ``number`` is the index of the fill. Raises CaseError if the road runs through a block, or there is no
+    ``number`` is the index of the fill. ``road`` is its road relative to the origin of the shapes, by default
+    as drawn. Raises CaseError if the road runs through a block, or there is no
     block below a part of it.
     """
-    road = np.array(scene.fills[number].road) - shapes.origin
-    profile = profile_below(scene, shapes, road, f"the road of fill no. {number + 1}")
+    if road is None:
+        road = np.array(scene.fills[number].road) - shapes.origin
+    profile = profile_below(scene, shapes, road, _called(number))
     uncovered = np.flatnonzero(profile.block < 0)
     if len(uncovered):
         start, end = profile.x[uncovered[0]] + shapes.origin[0]
@@ -215,7 +222,20 @@ class Road:
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
-    effect.
+    effect. If supports have settled, roads keep their heights above the displaced blocks.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Geometry
+        Shapes of the blocks; those of the displaced blocks if supports have settled.
+    line : sequence of points
+        Points of the road as drawn, from left to right, in the scene's coordinates.
+    called : str
+        Name of the road in errors.
+    at_rest : Geometry or None
+        Shapes of the blocks before supports have settled.
 
     Attributes
     ----------
@@ -234,9 +254,19 @@ class Road:
     """
 
     def __init__(
-        self, scene: Scene, shapes: Geometry, line: Sequence[tuple[float, float]], called: str = "the road"
+        self,
+        scene: Scene,
+        shapes: Geometry,
+        line: Sequence[tuple[float, float]],
+        called: str = "the road",
+        at_rest: Geometry | None = None,
     ) -> None:
-        self.line = np.array(line, dtype=float)
+        def relative(points: Sequence[tuple[float, float]], called: str) -> np.ndarray:
+            """Return the points of a road above the blocks, relative to the origin."""
+            drawn = np.array(points, dtype=float) - shapes.origin
+            return drawn if at_rest is None else scene.settled.road(scene, at_rest, drawn, called)
+
+        self.line = relative(line, called) + shapes.origin
         self.ends = (float(line[0][0]), float(line[-1][0]))
         self._origin = float(shapes.origin[0])
         self._centroid = shapes.centroid
@@ -251,7 +281,10 @@ class Road:
                 f"{list(line[-1])}: choose points of a line above movable blocks"
             )
         self._fills = [
-            (profile_of(scene, shapes, number), math.tan(math.radians(fill.spread)))
+            (
+                profile_of(scene, shapes, number, relative(fill.road, _called(number))),
+                math.tan(math.radians(fill.spread)),
+            )
             for number, fill in enumerate(scene.fills)
             if fill.spread is not False
         ]

@@ -2,7 +2,8 @@
 
 The records of a scene with a settled state still describe the blocks at rest. Loads are computed for the
 blocks at rest and then move with the blocks: forces keep their direction, and their points of action are
-fixed to the blocks. Fill moves with the blocks below it, and its stress on each edge does not change.
+fixed to the blocks. Fill moves with the blocks below it, and its stress on each edge does not change. A road
+keeps its height above the blocks below it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,10 +16,15 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.displaced import displaced, placed, turned
 from masonry_opt.problem.limited_forces import LimitedForce, Role
 from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.geometry import Geometry, profile_below
 from masonry_opt.scene.scene import Scene
 
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
+
+#: Height, in tolerances, by which a road is raised above the blocks that have moved upwards most. The height
+#: exceeds the depth up to which a road may touch blocks.
+_CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.
 _JOINT_PROPERTIES = ("friction", "cohesion", "dilatancy", "dilatancy_stress", "strength")
@@ -84,6 +90,39 @@ class SettledState:
     def pieces(self, at_rest: Sequence[Any]) -> tuple[Any, ...]:
         """Return the displaced positions of pieces of edges that carry a load or touch a fill."""
         return tuple(replace(piece, ends=placed(piece.ends, self.poses[piece.block])) for piece in at_rest)
+
+    def road(self, scene: Scene, at_rest: Geometry, line: np.ndarray, called: str = "the road") -> np.ndarray:
+        """Return the points of a road that keeps its height above the displaced blocks below it.
+
+        Abscissae do not change. Where two blocks meet, the road has the greater of the heights above both.
+        Over empty space the road stays as drawn.
+
+        Parameters
+        ----------
+        scene: The scene.
+        at_rest: Shapes of the blocks at rest.
+        line: Points of the road from left to right, relative to the origin, shape (points, 2).
+        called: Name of the road in errors.
+        """
+        shapes = self.geometry(at_rest)
+        before = profile_below(scene, at_rest, line, called)
+        below = np.unique(before.block[before.block >= 0])
+        corners, block = at_rest.corners
+        rises = (placed(corners, self.poses[block]) - corners)[np.isin(block, below), 1]
+        # Raise the road, so that it does not run through blocks that have moved upwards.
+        rise = max(0.0, rises.max(initial=0.0)) + _CLEARANCE * at_rest.tolerance
+        after = profile_below(scene, shapes, line + np.array([0.0, rise]), called)
+        x, owner = after.x.ravel(), np.repeat(after.block, 2)
+        has_block = owner >= 0
+        height = np.interp(x, *line.T)
+        foot = np.column_stack([x, after.y.ravel()])[has_block]
+        poses = self.poses[owner[has_block]]
+        back = np.column_stack([np.zeros((len(poses), 2)), -poses[:, 2]])
+        foot_at_rest = turned(foot - poses[:, :2], back)
+        cover = np.maximum(np.interp(foot_at_rest[:, 0], *line.T) - foot_at_rest[:, 1], 0.0)
+        height[has_block] = foot[:, 1] + cover
+        points = np.unique(x)
+        return np.column_stack([points, [height[x == point].max() for point in points]])
 
     def struts(self, at_rest: Sequence[LimitedForce]) -> tuple[LimitedForce, ...]:
         """Return ties and props that connect the displaced positions of their end points."""

@@ -50,6 +50,13 @@ def strength_differs(v: dict[str, Any]) -> str:
     return f"{strength}: use the same unit for forces and weights"
 
 
+def stress_differs(v: dict[str, Any]) -> str:
+    """State that a strength or cohesion does not suit the weights, with both values."""
+    own, weight = _rounded(v["value"]), _rounded(v["weight"])
+    column = f"a column as high as the scene presses with {weight} on its foot"
+    return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
+
+
 def friction_high(v: dict[str, Any]) -> str:
     """State that a friction coefficient is high, and convert it if an angle in degrees was meant."""
     friction = v["friction"]
@@ -156,6 +163,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
     Code.STRENGTH_DIFFERS: strength_differs,
+    Code.STRESS_DIFFERS: stress_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: is "
         f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"

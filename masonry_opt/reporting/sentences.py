@@ -14,6 +14,7 @@ from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.reporting.inputs import INPUT_SENTENCES
 from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.solution.reasons import Code, Reason, Status
+from masonry_opt.solution.thresholds import SLIDES
 
 #: Numbers of this size and larger are printed with a power of ten instead of decimals. With seven decimals,
 #: they would show more digits than a double has.
@@ -118,10 +119,25 @@ def _slide(v: dict[str, Any]) -> str:
     return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
 
 
+def _slip(v: dict[str, Any]) -> str:
+    """Return a clause with the largest slip of joints that slide, and the threshold; "" in space."""
+    if "slip" not in v:
+        return ""
+    slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
+    return (
+        f": the largest slip is {slip} % of the speed of the fastest corner (hinges slip by up to {most} %)"
+    )
+
+
+def _slides_on(v: dict[str, Any]) -> str:
+    """Return the reason why a capacity curve ends where joints begin to slide."""
+    return f"sliding mechanisms cannot be followed, and from here on {_slide(v)}{_slip(v)}"
+
+
 def _not_hinging(v: dict[str, Any]) -> str:
     """Return the reason why no finite motion is computed, such as joints that slide."""
     if v["pairs"]:
-        return f"only hinging mechanisms can be followed, and at the onset {_slide(v)}"
+        return f"only hinging mechanisms can be followed, and at the onset {_slide(v)}{_slip(v)}"
     if "turning" in v:
         alone = numeral(v["turning"], ".6g")
         return f"λ differs from that of the turning body alone ({alone}), because other joints resist"
@@ -419,7 +435,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.JOINT_CLOSES: lambda v: f"the joint between {pairs(v)} closes",
     Code.JOINT_OPENS: lambda v: f"the joint between {pairs(v)} opens",
     Code.NOT_HINGING: _not_hinging,
-    Code.JOINTS_SLIDE: lambda v: f"{_slide(v)} from here on: sliding mechanisms cannot be followed",
+    Code.JOINTS_SLIDE: _slides_on,
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
     Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",

@@ -1,16 +1,20 @@
 """Write the errors of wrong values in case files and in Python, one line for each mistake."""
 
 import difflib
+import functools
 import inspect
 import reprlib
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, get_args
+from typing import Any, ParamSpec, TypeVar, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 
-from masonry_opt.errors import CaseError, printable
+from masonry_opt.errors import CaseError, OptionError, printable
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 #: Messages for the most frequent mistakes, by pydantic's error type. They replace pydantic's own messages,
 #: which are harder to understand.
@@ -99,6 +103,21 @@ def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
     """Return the names of all arguments that a function accepts by name, without its ``**options``."""
     parameters = inspect.signature(function).parameters.values()
     return tuple(each.name for each in parameters if each.kind is not each.VAR_KEYWORD)
+
+
+def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function, which raises OptionError for an unknown argument and suggests a similar one."""
+    known = [name for name in keyword_arguments(function) if name != "self"]
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name in kwargs:
+            if name not in known:
+                near = did_you_mean(name, known) or f"; it has: {', '.join(known)}"
+                raise OptionError(f"'{function.__name__}' has no argument '{name}'{near}")
+        return function(*args, **kwargs)
+
+    return checked
 
 
 def instead_of(name: object, known: Iterable[str]) -> str:

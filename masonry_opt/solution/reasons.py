@@ -217,10 +217,12 @@ class Code(StrEnum):
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
     # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
-    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``turning``, in space λ
-    # at which a single body rotates.
+    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``slip``, in the plane
+    # the largest slip of a joint divided by the speed of the fastest corner; ``turning``, in space λ at which
+    # a single body rotates.
     NOT_HINGING = "not hinging"
-    # Joints begin to slide in the finite motion. Value: ``pairs``, the two blocks of each such joint.
+    # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each such joint;
+    # ``slip``, in the plane the largest slip of a joint divided by the speed of the fastest corner.
     JOINTS_SLIDE = "joints slide"
     # Two blocks touch where there is no joint. Value: ``blocks``, the two blocks.
     BLOCKS_MEET = "blocks meet"
@@ -262,6 +264,10 @@ class Code(StrEnum):
     # ``name`` of the tie or prop; ``key``, "strength" or "prestress"; ``value`` of the strength or prestress;
     # ``weight`` of a median block, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
+    # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
+    # "strength" or "cohesion"; ``value``; ``weight``, the stress below a column of the median unit weight
+    # that is as high as the scene.
+    STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. Values: ``pairs`` of blocks on both sides of a gap; ``widths``
     # of the gaps; ``option`` of the scene that closes all gaps, "tolerance" or "contact_tolerance";
     # ``tolerance``, the value of that option.

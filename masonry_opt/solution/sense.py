@@ -10,6 +10,7 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import linked
+from masonry_opt.solution.force_units import lower_median, unit_weights, unusual_stresses
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
@@ -86,6 +87,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_weights(assembly),
         *_fill_weights(assembly),
         *_strengths(assembly),
+        *unusual_stresses(assembly),
     )
 
 
@@ -268,11 +270,11 @@ def _weights(assembly: Assembly) -> list[Reason]:
     """Return warnings about unit weights and about ratios of force to weight that suggest mixed units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
-    density = _unit_weights(assembly)
+    density = unit_weights(assembly)
     heavy = density > 0
     if not heavy.any():
         return []
-    median = _lower_median(density[heavy])
+    median = lower_median(density[heavy])
     ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
     has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
@@ -298,27 +300,12 @@ def _weights(assembly: Assembly) -> list[Reason]:
     return warnings
 
 
-def _unit_weights(assembly: Assembly) -> np.ndarray:
-    """Return the unit weight of each movable block (its weight per area or volume), shape (b,)."""
-    scene, movable = assembly.scene, assembly.movable
-    size = assembly.geometry.size[movable] * scene.thickness
-    return weights(scene, assembly.geometry, movable) / size
-
-
-def _lower_median(values: np.ndarray) -> float:
-    """Return the median of values.
-
-    For an even number of values, it is the smaller of the two middle values.
-    """
-    return float(np.quantile(values, 0.5, method="lower"))
-
-
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about unit weights of fills and backings whose unit seems to differ from the blocks'.
 
     If all blocks are weightless, fills and backings are compared with each other.
     """
-    of_blocks = _unit_weights(assembly)
+    of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
     fills = assembly.scene.fills
     beside = "blocks" if len(heavy) else "fill"
@@ -326,7 +313,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
         return
-    other = _lower_median(compared)
+    other = lower_median(compared)
     for number, fill in enumerate(fills, start=1):
         for zone, backing in zip(fill.zones, (False, True), strict=False):
             ratio = zone.unit_weight / other
@@ -342,7 +329,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():
         return
-    median = _lower_median(weight[weight > 0])
+    median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
     # A small prestress is not an error, because a tie may be tightened by hand.

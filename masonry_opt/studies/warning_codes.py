@@ -30,6 +30,10 @@ class StudyCode(StrEnum):
     #: A crossing has positions without an answer. The record has their number ``count``, and a list
     #: ``positions`` with the first of them.
     POSITIONS_UNDECIDED = "positions undecided"
+    #: The loads of axles seem to have another unit than the weights. Values: ``name`` of the axles;
+    #: ``unit_weight``, the median of the blocks, if the axles are a common set; otherwise ``load`` of all
+    #: axles and ``weight``, the sum of all dead loads.
+    AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles. The record has their names, ``cases``.
     CASES_WITHOUT_AXLES = "cases without axles"
     #: The load history ends closer to the reaction at rest than the answer. The record has the ``end``

@@ -81,3 +81,34 @@ def test_an_argument_of_another_study_is_not_suggested():
     with pytest.raises(mo.OptionError) as error:
         mo.solve(block_on_floor(), worker=2)
     assert "workers" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: mo.compare([], method="static"),
+            "'compare' has no argument 'method'; did you mean 'methods'",
+        ),
+        (lambda: mo.report([], "page.html", unit="m, kN"), "'report' has no argument 'unit'; did you mean"),
+        (lambda: mo.capacity(None, blok="A"), "'capacity' has no argument 'blok'; did you mean 'block'?"),
+        (
+            lambda: mo.certify(None, 1, 0, 0, crush="chords"),
+            "no argument 'crush'; did you mean 'crushing'?",
+        ),
+        (lambda: mo.check(None, load_case="a"), "'check' has no argument 'load_case'; it has: scene"),
+        (lambda: mo.draw(None, name=True), "'draw' has no argument 'name'; did you mean 'names'?"),
+        (lambda: mo.export(None, "x.lp", methode="a"), "no argument 'methode'; did you mean 'method'?"),
+        (lambda: mo.prove_least(None, second=1.0), "no argument 'second'; did you mean 'seconds'?"),
+    ],
+)
+def test_unknown_arguments_of_functions_without_options(call, message):
+    with pytest.raises(mo.OptionError) as error:
+        call()
+    assert message in str(error.value)
+
+
+def test_an_unknown_argument_of_a_kinematic_check():
+    curve = mo.capacity(mo.solve(block_on_floor(0.6, 3, friction=0.9), "static"), steps=2)
+    with pytest.raises(mo.OptionError, match="'check' has no argument 'behavior_factor'; did you mean"):
+        curve.check([(0, 0.2), (9, 0.03)], behavior_factor=2.0)

@@ -224,6 +224,16 @@ def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
         curve.check([(0, 0.1), (9, 0.1)])
 
 
+def test_a_curve_that_ends_because_joints_slide_says_by_how_much():
+    """With associative flow the block opens by 0.4 per unit of slip: 1/√1.16 of its speed is slip."""
+    curve = mo.capacity(mo.solve(block_on_floor(friction=0.4), "static"))
+    assert "the largest slip is 93 % of the speed of the fastest corner" in curve.message
+    assert curve.message.endswith("(hinges slip by up to 0.2 %)")
+    assert curve.end.values["slip"] == pytest.approx(1 / math.hypot(1, 0.4), rel=1e-6)
+    below = mo.capacity(mo.solve(mo.load(CASES / "gilbert/two_blocks.toml"), incremental=False))
+    assert 0.002 < below.end.values["slip"] < 2
+
+
 def surveyed(scene: mo.Scene, size: float, seed: int) -> mo.Scene:
     """The scene with random errors of that size in the corners of all blocks."""
     rng = np.random.default_rng(seed)
@@ -321,7 +331,7 @@ def test_what_it_is_not_for_is_refused():
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1.5), (-4, 1.5)), strength=0.1)
     for scene, word in (
         (block_on_floor().model_copy(update={"joints": strength}), "strength"),
-        (block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}), r"omit \[\[tie\]\] 'A\|ground'"),
+        (block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}), r"follow \[\[tie\]\] 'A\|ground'"),
     ):
         with pytest.raises(OptionError, match=word):
             mo.capacity(solved(scene, "static"))

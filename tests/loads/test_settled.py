@@ -5,29 +5,13 @@ import math
 import numpy as np
 import pytest
 from scenes import block_on_floor
+from settled_scenes import SINKS, beam, block, joined_circles
 
 import masonry_opt as mo
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
-
-#: Settlement of the right pier of a beam.
-SINKS = {"R": (0.0, -0.02)}
-
-
-def block(name: str, left: float, right: float, bottom: float, top: float, **keys: object) -> mo.Block:
-    return mo.Block(name=name, vertices=rectangle(left, right, bottom, top), **keys)
-
-
-def beam(**given: object) -> mo.Scene:
-    """A beam of 5 × 1, pushed to the right, on piers whose tops are 1 wide, at its ends."""
-    blocks = [
-        block("L", 0, 1, 0, 1, fixed=True),
-        block("R", 4, 5, 0, 1, fixed=True),
-        block("beam", 0, 5, 1, 2, **{"weight": 10, "live": (1, 0)} | given),
-    ]
-    return mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks)
 
 
 def corners_of(scene: mo.Scene) -> np.ndarray:
@@ -169,8 +153,6 @@ def test_wrong_movements_are_refused(settled, words):
 def test_scenes_that_cannot_settle_are_refused():
     with pytest.raises(OptionError, match="needs a scene in the plane"):
         mo.solve(mo.extrude(beam(), 1), settled=SINKS)
-    with pytest.raises(OptionError, match="joints of unlimited strength: omit 'strength'"):
-        mo.solve(beam().replace(strength=100.0), settled=SINKS)
     short = beam().replace(blocks={"R": {"vertices": rectangle(1.5, 2, 0, 1)}})
     with pytest.raises(OptionError, match="unstable under its dead load before its supports settle"):
         mo.solve(short, settled=SINKS)
@@ -191,6 +173,19 @@ def test_load_cases_settle_each_under_its_own_dead_loads():
     single = mo.solve(beam(), "static", settled=SINKS).load_factor
     found = [result.load_factor for result in answer.results.values()]
     assert found == pytest.approx([single, single / 2], rel=1e-6)
+
+
+def test_earthquakes_after_a_settlement(command, tmp_path):
+    """The beam slides on joints turned by 1/400: at tan(φ + 1/400) to the left, and then to the right."""
+    answer = mo.directions(beam(), "static", settled=SINKS)
+    angle = math.atan(0.6)
+    found = [result.load_factor for result in answer.results.values()]
+    assert found == pytest.approx([math.tan(angle + 0.0025), math.tan(angle - 0.0025)], rel=1e-6)
+    path = tmp_path / "beam.toml"
+    mo.save(beam(), path)
+    assert "settled: 'R' by (0, -0.02)" in command("directions", path, "--settled", "R:0,-0.02")
+    with pytest.raises(OptionError, match="functions that take it: solve, solve_cases, directions, crossing"):
+        mo.sweep(beam(), {"joints.friction": [0.5]}, settled=SINKS)
 
 
 def test_the_commands_take_a_settlement(command, tmp_path):
@@ -217,21 +212,6 @@ def test_the_commands_take_a_settlement(command, tmp_path):
     assert curve["load_factor"] == pytest.approx(math.tan(math.atan(0.2) - 0.05), rel=1e-6)
     assert (curve["check"]["code"], curve["check"]["linear"]) == ("NTC 2018 SLC", None)
     assert "no block 'Q'" in command.refused("capacity", path, "--settled", "Q:0,1")
-
-
-def joined_circles(
-    one: tuple[np.ndarray, float], other: tuple[np.ndarray, float], near: np.ndarray
-) -> np.ndarray:
-    """The point at two distances from two points that is nearer to a third."""
-    (a, from_a), (b, from_b) = one, other
-    along = b - a
-    length = np.hypot(*along)
-    at = (from_a**2 - from_b**2 + length**2) / (2 * length)
-    off = math.sqrt(from_a**2 - at**2)
-    unit = along / length
-    across = np.array([-unit[1], unit[0]])
-    points = (a + at * unit + side * off * across for side in (1, -1))
-    return min(points, key=lambda point: float(np.hypot(*(point - near))))
 
 
 def turned(points: np.ndarray, about: np.ndarray, to: np.ndarray, angle: float) -> list[tuple[float, float]]:

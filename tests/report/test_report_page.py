@@ -11,6 +11,7 @@ import pytest
 from scenes import CASES, block_on_floor, pressed_down, run_command, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.cli import studies
 from masonry_opt.errors import OptionError
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
@@ -165,6 +166,16 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, command,
     mo.save(pressed_down(), "none.toml")
     command("report", "none.toml", "--out", "none.html", code=1)
     assert "unlimited" in Read(tmp_path / "none.html").text
+
+
+def test_a_report_shows_the_positions_of_axles_as_it_solves_them(tmp_path):
+    (tmp_path / "bridge.toml").write_text(BRIDGE)
+    shown = []
+    scene = mo.load(tmp_path / "bridge.toml")
+    studies._answers(scene, lambda _: None, shown.append, {"method": "static"})
+    solved = [line for line in shown if line.startswith("crossing: first axle at")]
+    assert solved[0].endswith("(1 position solved)")
+    assert solved[-1].endswith(f"({len(solved)} positions solved)")
 
 
 def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):

@@ -209,7 +209,9 @@ class LowestState:
     def look_further_in_space(self, history: LoadHistory | None) -> None:
         """Look for states of lower λ, from forces of the load history and a fixed number of other starts."""
         settings = self._settings
-        finder = ConeRefiner(self._problem, self._effort, self._alternation, settings.weight_series_in_space[0])
+        finder = ConeRefiner(
+            self._problem, self._effort, self._alternation, settings.weight_series_in_space[0]
+        )
         search = Search(finder, self._analysis, self.met, settings)
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)

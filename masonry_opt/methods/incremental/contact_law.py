@@ -44,7 +44,10 @@ def mean_force_and_compliance(
     """
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
-    blocks = problem.B @ problem.B.T + settings.regularisation * sp.eye_array(problem.dead.size)
+    products = problem.B @ problem.B.T
+    # Rows of blocks with many joints or long arms are large: a fixed value would be lost by rounding.
+    added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
+    blocks = products + sp.diags_array(added)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
     # If no blocks touch, ties alone carry the load, and the mean force is that of the ties.
     at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)

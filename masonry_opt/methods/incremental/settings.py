@@ -78,8 +78,8 @@ class IncrementalSettings:
     #: their friction limit slide too early.
     rounding: float = 1e-9
     #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
-    #: stiffness. If this value is smaller, matrices of free blocks are nearly singular; if it is larger,
-    #: mechanisms are less exact.
+    #: stiffness. The share also applies to the matrix that determines the mean force. If this value is
+    #: smaller, matrices of free blocks are nearly singular; if it is larger, mechanisms are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of matrices that are factorised as banded matrices, which are typical of plane
     #: scenes. Matrices with a larger half-bandwidth are factorised as sparse matrices. The choice affects

@@ -17,6 +17,7 @@ import pandas as pd
 from masonry_opt.errors import NoRunSolvedError, OptionError
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.scene.case_file import case_folder
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
@@ -43,6 +44,7 @@ _FILES = (
 )
 
 
+@suggests_arguments
 def compare(  # noqa: PLR0913 - options of the public API are keywords
     scenes: str | Path | Sequence[str | Path] = (),
     *,

@@ -17,6 +17,7 @@ from masonry_opt.studies.crossing.assessment import AssessmentOutcome, assessed
 from masonry_opt.studies.crossing.load_factors import PLACE_COLUMNS, CrossingLoadFactors
 from masonry_opt.studies.crossing.picture import crossing_picture
 from masonry_opt.studies.crossing.text import facts
+from masonry_opt.studies.crossing.units import unusual_axles
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
@@ -47,8 +48,14 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the result at the worst position, and a warning if λ is less than its lower bound."""
-        return [*self.worst.warning_records, *self._contradictions()]
+        """Warnings of the result at the worst position, of unusual axles, and of λ below its lower bound."""
+        return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
+
+    def _unusual_axles(self) -> Iterator[dict[str, Any]]:
+        """Yield warnings about axles whose loads suggest another unit than the weights."""
+        groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
+        if groups:
+            yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
         """Yield a warning if λ at the worst position is less than its proven lower bound."""

@@ -247,7 +247,9 @@ def _passages(
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
     for group in groups:
-        road = Road(scene, first.geometry, _line(scene, group), f"the road of axles '{group.name}'")
+        name = f"the road of axles '{group.name}'"
+        at_rest = None if first.at_rest is None else first.at_rest.geometry
+        road = Road(first.scene, first.geometry, _line(scene, group), name, at_rest)
         for direction in group.directions:
             ways.append([search.Passage(group, direction, assembly, road) for assembly in assemblies])
     return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))

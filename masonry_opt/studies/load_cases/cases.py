@@ -340,13 +340,14 @@ def solve_all(
     return {name: session.solve(scene, progress, Effort(with_name(name))) for name, scene in scenes.items()}
 
 
-def directions(
+def directions(  # noqa: PLR0913 - options of the public API are keywords
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
     every: float = EVERY,
     vertical: float | Sequence[float] | None = None,
     load_case: str | None = None,
+    settled: Movements | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -362,6 +363,8 @@ def directions(
         :class:`Earthquake`. Default: the ratio of the scene's own earthquake, else 0. The masses are those
         of the scene's own earthquake.
     load_case: Name of the load case whose dead loads are applied.
+    settled: Movement of supports before the earthquake, by name: (x, y) or (x, y, rotation). The scene must
+        be in the plane.
     method, progress, phases, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``,
         ``solver``, ...
 
@@ -396,4 +399,7 @@ def directions(
     for ratio, push in itertools.product(ratios, pushes):
         quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         scenes[str(quake)] = base.shaken(quake)
+    # The supports settle under the dead load, which is that of all earthquakes.
+    state = settled_scene(next(iter(scenes.values())), settled).settled
+    scenes = {name: shaken.settled_as(state) for name, shaken in scenes.items()}
     return Directions(solve_all(scenes, method, progress, phases, function=directions, **options))

@@ -35,6 +35,7 @@ from masonry_opt.reporting.stability import answer_line
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import toml_text
+from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import LIMITS
@@ -94,6 +95,7 @@ class ReportPart:
     varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
 
 
+@suggests_arguments
 def report(
     answer: Answer | Sequence[Answer], path: str | Path, *, units: str | None = None, force: bool = False
 ) -> None:

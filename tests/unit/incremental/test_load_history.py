@@ -221,6 +221,32 @@ def test_softer_contacts_change_displacements_alone():
     assert soft.history.state_at(0.1)[0] == pytest.approx(10 * usual.history.state_at(0.1)[0], rel=1e-6)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_blocks_with_many_joints_on_parallel_ties(size):
+    """A slab hangs by 128 teeth on a comb, which vertical ties hold: the comb can move to the side.
+
+    The joints of the slab, and of a stone on the floor, carry one weight each, so that the mean force at
+    their two ends is 1/129.
+    """
+    teeth = 128
+    corners = [(0, 4), (2 * teeth, 4)]
+    for left in range(2 * teeth - 2, -2, -2):
+        corners += [(left + 2, 2), (left + 1, 2), (left + 1, 1), (left, 1)]
+    scaled = [(size * x, size * y) for x, y in corners]
+    blocks = [
+        mo.Block(name="comb", vertices=scaled, weight=4),
+        mo.Block(name="slab", vertices=rectangle(0, size * 2 * teeth, 0, size), weight=4),
+        mo.Block(name="floor", vertices=rectangle(-9 * size, -8 * size, -size, 0), fixed=True),
+        mo.Block(name="stone", vertices=rectangle(-9 * size, -8 * size, 0, size), weight=4),
+    ]
+    ends = [((x, 4 * size), (x, 9 * size)) for x in (0.0, 2.0 * teeth * size)]
+    ties = [mo.Tie(between=("comb", "ground"), at=at, strength=50) for at in ends]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=blocks, ties=ties)
+    mean_force, _ = mean_force_and_compliance(assemble(scene).problem)
+    assert mean_force == pytest.approx(1 / (teeth + 1), rel=1e-9)
+
+
 def test_walls_in_space_end_in_an_exact_state():
     result = analysed(corner_wall(2, 2, 3))
     assert result.end is End.COLLAPSE

@@ -444,3 +444,34 @@ def test_a_force_that_violates_its_limit_is_shown_as_it_is():
     found = replace(result.solution.found, q=q)
     frame = tie_frame(result.assembly, replace(result.solution, found=found), Role.TIE)
     assert frame["force"].tolist() == pytest.approx([20.2])
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "is_unusual"),
+    [("strength", value, value in (0.5, 5e6)) for value in (0.5, 500, 5e4, 5e6)]
+    + [("cohesion", value, value in (0.01, 1e5)) for value in (0.01, 1.0, 200, 1e5)],
+)
+def test_stresses_in_another_unit_than_the_weights(key, value, is_unusual):
+    """A block 2 high of 20 kN/m³ presses with 40 kN/m²: 0.5 and 5e6 are strengths in MPa and Pa."""
+    scene = block_on_floor(weight=40).replace(**{key: value})
+    found = warned(scene, Code.STRESS_DIFFERS)
+    assert found == ([{"key": key, "value": value, "weight": pytest.approx(40)}] if is_unusual else [])
+
+
+def test_axles_in_another_unit_than_the_weights():
+    """CS 454 is in kN and m, so that blocks of 22,000 are in N. The deck weighs 88: 89,000 is too much."""
+    deck = rectangle("deck", 0, 0, 4, 1, unit_weight=22)
+    piers = [rectangle(f"pier {x}", x, -2, x + 1, 0) for x in (0, 3)]
+    road = [(0, 1), (4, 1)]
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=[deck, *piers])
+
+    def warned_of(scene, **axles):
+        crossed = mo.crossing(scene, mo.Axles(name="lorry", road=road, **axles), method="static")
+        return [w["sentence"] for w in crossed.warning_records if w["code"] == "axles differ"]
+
+    common = "CS 454 double 1.3 m"
+    heavy = scene.replace(blocks={"deck": {"unit_weight": 22_000}})
+    assert warned_of(scene, set=common) == []
+    assert "the median unit weight of the blocks, 22000, looks like N/m³" in warned_of(heavy, set=common)[0]
+    assert warned_of(scene, loads=[87_000]) == []
+    assert "add up to 89000, but all dead loads to 88" in warned_of(scene, loads=[89_000])[0]

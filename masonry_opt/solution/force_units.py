@@ -1,0 +1,66 @@
+"""Compare the strength and cohesion of joints with weights, to warn of inputs in different units.
+
+The package takes any consistent units. A stress is probably in another unit than the weights if it is far
+outside of the range that occurs in masonry.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.loads import weights
+from masonry_opt.solution.reasons import Code, Reason, reason
+
+
+class _Range(NamedTuple):
+    """Smallest and largest usual ratio of a quantity to a weight. A wider range misses more mistakes."""
+
+    least: float
+    greatest: float
+
+
+#: Usual ratios of a strength to the stress below a column of the scene's extent. Rubble of 1 MPa carries its
+#: own weight up to 50 m, that is a ratio of 1; stone of 50 MPa in a scene of 0.5 m has 5000.
+_STRENGTH = _Range(0.1, 1e4)
+#: Usual ratios of a cohesion to the same stress. 10 kPa in a scene of 30 m has 0.02; 1 MPa in a scene of
+#: 0.5 m has 100.
+_COHESION = _Range(1e-3, 1e3)
+
+
+def unit_weights(assembly: Assembly) -> np.ndarray:
+    """Return the weight of each movable block divided by its area or volume, shape (b,)."""
+    scene, movable = assembly.scene, assembly.movable
+    size = assembly.geometry.size[movable] * scene.thickness
+    return weights(scene, assembly.geometry, movable) / size
+
+
+def lower_median(values: np.ndarray) -> float:
+    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
+    return float(np.quantile(values, 0.5, method="lower"))
+
+
+def median_unit_weight(assembly: Assembly) -> float:
+    """Return the median unit weight of the movable blocks with weight, or 0 if there are none."""
+    density = unit_weights(assembly)
+    return lower_median(density[density > 0]) if density.any() else 0.0
+
+
+def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
+    """Yield warnings about strengths and cohesions of joints that suggest a unit other than the weights'."""
+    low, high = (corners[assembly.movable] for corners in assembly.geometry.boxes)
+    extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    weight = median_unit_weight(assembly) * extent
+    if not weight:
+        return
+    joints = assembly.joints
+    for key, values, usual in (
+        ("strength", joints.strength, _STRENGTH),
+        ("cohesion", joints.cohesion, _COHESION),
+    ):
+        given = values[np.isfinite(values) & (values > 0)]
+        unusual = given[(given < usual.least * weight) | (given > usual.greatest * weight)]
+        if len(unusual):
+            farthest = float(unusual[np.abs(np.log(unusual / weight)).argmax()])
+            yield reason(Code.STRESS_DIFFERS, key=key, value=farthest, weight=weight)

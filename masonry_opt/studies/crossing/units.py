@@ -1,0 +1,52 @@
+"""Compare the loads of axles with the weights of a scene, to warn of inputs in different units."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.scene.road import Axles
+from masonry_opt.solution.force_units import median_unit_weight
+from masonry_opt.solution.typical_units import typical_unit
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
+
+#: Unit of unit weights that belongs to the common sets of axles.
+_UNIT_OF_SETS = "kN/m³"
+#: Ratio of the loads of a group of axles to the sum of all dead loads above which their units probably
+#: differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads cause no warning,
+#: because they may be unit loads.
+_LARGEST_RATIO = 1000.0
+
+
+def _rounded(value: float) -> str:
+    """Return a number rounded to three significant digits, without a power of ten."""
+    return numeral(float(f"{value:.3g}"), ".6g")
+
+
+def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
+    """Yield warnings about groups of axles whose loads suggest a unit other than the weights'.
+
+    Warnings have the form of JSON output.
+    """
+    problem, unit_weight = assembly.problem, median_unit_weight(assembly)
+    all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
+    thickness = assembly.scene.thickness
+    for group in groups:
+        values: dict[str, float] = {}
+        if group.set is not None and typical_unit(unit_weight) not in ("", _UNIT_OF_SETS):
+            values = {"unit_weight": unit_weight}
+            given = f"the set of axles '{group.name}' is in kN and m"
+            unit = typical_unit(unit_weight)
+            compared = f"the median unit weight of the blocks, {_rounded(unit_weight)}, looks like {unit}"
+            sentence = f"{given}, but {compared}"
+        else:
+            total = thickness / (group.width or thickness) * float(sum(group.group.loads))
+            if all_dead and total > _LARGEST_RATIO * all_dead:
+                values = {"load": total, "weight": all_dead}
+                given = f"the loads of axles '{group.name}' add up to {_rounded(total)}"
+                sentence = f"{given}, but all dead loads to {_rounded(all_dead)}"
+        if values:
+            advice = "use the same unit for axles and weights"
+            yield study_warning(StudyCode.AXLES_DIFFER, f"{sentence}: {advice}", name=group.name, **values)
