@@ -324,7 +324,7 @@ def three() -> str:
 
     Raises OptionError if trimesh, of the extra "meshes", is not installed, or if its page has another form.
     """
-    why = "pages of scenes in space need trimesh: install it with pip install '.[meshes]'"
+    why = "pages of scenes in space need trimesh; install it with: pip install '.[meshes]'"
     trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
     script, end, _ = whole.partition("<script>")[2].partition(_END)
