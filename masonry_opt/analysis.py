@@ -146,7 +146,7 @@ class Session:
                 return without_answer(self.how.kind, stop, effort, *steps)
 
     def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a stable scene. Raises TimeLimitReached if time ends before an answer."""
+        """Return the solution of a stable scene. Raises TimeLimitReached if time is over before an answer."""
         problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
@@ -220,7 +220,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 
 def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """Add the associative load factor to a solution, and add reasons to a solution without λ ≥ 0.
+    """Add the associative load factor to a solution, and the reasons if no load factor ≥ 0 was found.
 
     The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
     is proven that no load factor exists: statics then carry any multiple of the live load.

@@ -11,9 +11,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: A solver that ends without an optimum counts as stopped by the deadline if fewer seconds than this remain.
-#: The margin is needed because solvers use their own clocks. With a smaller value, a stopped program may
-#: count as failed; with a larger value, a failed program may count as stopped.
+#: Number of seconds before the deadline within which a solver that ends without an optimum counts as stopped
+#: by the deadline. The number allows for differences between clocks, because solvers use their own clocks.
+#: With a smaller value, a stopped program may count as failed; with a larger value, a failed program may
+#: count as stopped.
 SAME_TIME = 0.1
 
 

@@ -84,7 +84,7 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Two relative differences of load factors in space.
+        """Relative differences of λ in space: static from kinematic programs, and polygons from cones.
 
         The first is the absolute difference between static and kinematic λ, both with friction cones. The
         second is positive if friction polygons give a lower λ than friction cones.

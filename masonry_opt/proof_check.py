@@ -188,7 +188,7 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why d (3b,) and p (faces,) do not prove cost·q > least; "" if they prove it.
+        """Return the reason why multipliers d (3b,) and p (faces,) do not prove cost·q > least, or "".
 
         Forces q are considered that are in equilibrium with 0 ≤ λ ≤ bound and have z ≥ 0, and z = 0 for the
         conditions ``held``. All these forces have cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with
@@ -235,7 +235,7 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if a residual times the size of the excluded states exceeds the proven gain."""
+        """Return the fault of multipliers that prove nothing, or whose residual is too large; "" if none."""
         if gain <= 0:
             return f"the {kind} multipliers contradict nothing"
         if residual * Fraction(REACH) >= gain:

@@ -61,7 +61,7 @@ def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
 
 @partial(reader, refusal="--view {}: write azimuth and elevation as in --view=-60,22")
 def _angles(text: str) -> tuple[float, float]:
-    """Return azimuth and elevation of a view, in degrees."""
+    """Parse the azimuth and the elevation of a view, in degrees."""
     azimuth, elevation = map(float, text.split(","))
     return azimuth, elevation
 
@@ -98,7 +98,7 @@ _SHARED: dict[str, Any] = {
     "load_case": typer.Option(metavar="NAME", help="Load case of CASE, if CASE has load cases."),
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
-    "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
+    "force": typer.Option("--force", help=f"Also replace files that {WRITER} did not write."),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
         help="Movement of support NAME before the live load acts, in the length unit of CASE, with an "

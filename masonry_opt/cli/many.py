@@ -21,7 +21,7 @@ from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
 
-_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
+_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
 #: Help of the option --vary. It refers to the help text of the command, which is printed above the options.
@@ -62,7 +62,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
-    by=typer.Option(help=f"With --sample: joints that share a random value ({', '.join(BY)})."),
+    by=typer.Option(help=f"With --sample: group of joints with a common random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
     force=typer.Option(
         "--force", help=f"Replace the table of another study too, and files that {WRITER} did not write."

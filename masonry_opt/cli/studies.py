@@ -245,7 +245,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer has no missing load factor; of a crossing, one position must have one."""
+    """Return True if an answer is usable. A crossing is usable if a position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 

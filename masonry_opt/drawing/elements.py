@@ -109,7 +109,7 @@ class Elements:
 
 
 def title_of(scene: Scene) -> str:
-    """Return the title of a scene, or its file name without a title, followed by the load case."""
+    """Return the title of a scene, or its file name if the title is empty, followed by the load case."""
     case = f": {scene.load_case.name}" if scene.load_case else ""
     return printable((" ".join(scene.title.split()) or Path(scene.origin).stem) + case)
 

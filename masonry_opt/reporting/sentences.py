@@ -226,7 +226,7 @@ def _repeats(v: dict[str, Any]) -> str:
 def _began_again(v: dict[str, Any]) -> str:
     """State that the loop of linear programs was run again with other options, and if a run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
-    words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
+    words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
 
 
@@ -262,10 +262,11 @@ def _time_limit(v: dict[str, Any]) -> str:
 def _undecided_history(v: dict[str, Any]) -> str:
     """State that the load history led to no collapse state, and which option or method finds a state."""
     steps = counted(v["steps"], "step")
-    ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
+    history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
-        ended = f"{ended}, nor did the loop of linear programs"
+        ended = f"neither {history} nor the loop of linear programs led to a collapse state"
         return ended if v["searched"] else f"{ended}: option search=10 looks for a collapse state"
+    ended = f"{history} led to no collapse state"
     is_history_alone = v["method"] in ("", "incremental")
     return (
         f"{ended}: method 'coulomb' looks for a collapse state in other ways" if is_history_alone else ended
@@ -335,8 +336,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
         "permanent forces (dead load, prestress, earth pressure) drive the mechanism; the live load only "
-        "reduces the pressure on joints, and "
-        + ("resists the mechanism" if v["against"] else "does no work in the mechanism")
+        f"reduces the pressure on joints, and {'resists' if v['against'] else 'does no work in'} the "
+        "mechanism"
         + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
     ),
     Code.TIME_LIMIT: _time_limit,
@@ -418,7 +419,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "because equilibrium does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
-        f"states with a lower λ were searched for from {counted(v['candidates'], 'start')}"
+        f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",

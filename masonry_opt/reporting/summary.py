@@ -135,7 +135,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return text on ties and props with their forces; ties and props that yield come first.
+    """Return a text about ties and props with their forces; those that yield come first.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
@@ -207,8 +207,10 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         phrases.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
-            between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
-            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0); σ is unit weight times depth")
+            phrases.append(
+                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
+                "(K_0); σ is unit weight times depth"
+            )
         else:
             phrases.append("no pressure")
         if fill.backing:
