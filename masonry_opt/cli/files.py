@@ -176,10 +176,10 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 def _case_file_message(path: Path) -> str:
     """Return the error message for a file that is a case file already, with commands for case files."""
-    advice = f"write its solids with: masonry-opt export {path} OUT.obj"
+    advice = f"write its solids (masonry-opt export {path} OUT.obj)"
     if mo.load(path).dimension == 2:
-        advice = f"draw its blocks with: masonry-opt convert {path} OUT.dxf"
-    return f"{path} is a case file already: solve it with: masonry-opt solve {path}, or {advice}"
+        advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
+    return f"{path} is a case file already: solve it (masonry-opt solve {path}), or {advice}"
 
 
 def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:

@@ -133,7 +133,7 @@ def test_quiet_prints_warnings_on_standard_error(monkeypatch, capsys, saved):
     code, out, err = run_command(monkeypatch, capsys, "solve", saved(block_on_floor(friction=31)), "--quiet")
     assert code == 0
     assert len(out.splitlines()) == 1
-    assert err.startswith("warning: friction")
+    assert err.startswith("warning: the friction coefficient 31")
 
 
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
