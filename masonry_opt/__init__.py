@@ -32,9 +32,9 @@ import ast as _ast
 from importlib import import_module as _import_module
 from pathlib import Path as _Path
 
-#: Module of each public name, read from the stub file that type checkers also read. A name is imported at its
-#: first use: modelling languages take seconds to import, and many uses do not need them. The command can thus
-#: handle Ctrl-C before these imports begin.
+#: Map from each public name to the module that defines the name. The map is read from the stub file (.pyi),
+#: which type checkers also read. A name is imported when it is first used, because importing the modelling
+#: languages takes seconds and many users do not need them.
 _HOMES = {
     alias.name: node.module
     for node in _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
@@ -44,8 +44,8 @@ _HOMES = {
 
 __all__ = sorted(_HOMES)
 
-# In a clone, the folder models/ is next to the package; in an installation it is inside the package. Python
-# started in a clone imports the package of the clone, so models/ of the clone must be found.
+# An installation has the folder models/ inside the package. A clone of the repository has the folder next to
+# the package. In a clone, the search path of the package must therefore include the folder of the clone.
 _CLONE = _Path(__file__).parent.parent
 if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__init__.py").is_file():
     __path__.append(str(_CLONE))

@@ -36,8 +36,8 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
-#: Largest number of joints with which the associative load factor is computed in addition to a Coulomb
-#: answer. With more joints the computation takes from 15 seconds to minutes.
+#: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
+#: factor. With more joints the computation takes from 15 seconds to minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
@@ -46,9 +46,9 @@ class Session:
     """Session that solves several scenes, one after the other, with one method and its options."""
 
     how: HowToSolve  #: method, solver and options
-    #: Compiled programs for scenes that differ only in joint properties, and matrices for scenes that differ
-    #: only in loads, if the session keeps any. Answers do not depend on earlier scenes. Forces of an earlier
-    #: scene may show that a scene is stable.
+    #: Cache of compiled programs for scenes that differ only in joint properties. If the session keeps
+    #: programs, forces of an earlier scene may also show that a scene is stable. Answers do not depend on the
+    #: cache.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: True if the session decides if a scene without live load is stable; False if it refuses such a scene.
     answers_stability: bool = False
@@ -85,7 +85,7 @@ class Session:
         return self.result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
-        """Return a solution as a result."""
+        """Convert a solution to a result, which names the method and the solver."""
         own, other = self.how.engine, solution.solver
         solver = own if other is None or other.language == own.language else other
         return make_result(assembly, solution, effort, self.method.name, solver)
@@ -146,7 +146,7 @@ class Session:
                 return without_answer(self.how.kind, stop, effort, *steps)
 
     def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a stable scene. Raises TimeLimitReached if time ends before an answer."""
+        """Return the solution of a stable scene. Raises TimeLimitReached if time is over before an answer."""
         problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
@@ -154,14 +154,14 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # The forces and velocities belong to no answer and are removed.
+        # The solution has no load factor, so the last forces and velocities of the method are removed.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
-        """Return the solution of method "incremental"; if it is not run, a solution with the reason.
+        """Return the solution of method "incremental", or a solution that states why the method was not run.
 
-        None is returned if the incremental load factor is not asked for. The time is separate from that of
-        the session's method. Load steps are reported if they are the first steps of this method too.
+        None is returned if the incremental load factor is not requested. Its time is measured separately from
+        the session's method. Load steps are reported if the session's method begins with the same steps.
         """
         if not self.how.adds_incremental:
             return None
@@ -183,7 +183,7 @@ class Session:
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
-    """Return a solution; remove its load factor if the load factor is not valid.
+    """Return a solution, without its load factor if the load factor is not valid.
 
     A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
     does not carry its dead load from rest.
@@ -200,14 +200,14 @@ def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solu
 
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
-    """Return True if a scene carries its dead load from rest.
+    """Return True if a scene reaches equilibrium when the dead load is applied to blocks at rest.
 
     The tests, in this order:
 
     1. A known preload, or statics that fix all forces, show that the dead load is carried.
     2. The status of the incremental analysis decides, if it ended with a collapse or an unstable dead load.
     3. The dead load counts as carried if the load factor is not near zero.
-    4. Else the preload of elastic contacts is computed.
+    4. Otherwise the preload of elastic contacts is computed.
     """
     if problem.settled is not None or problem.statics_fix_forces:
         return True
@@ -220,7 +220,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 
 def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """Add the associative load factor to a solution; if it has no λ ≥ 0, add the reasons why.
+    """Add the associative load factor to a solution, and the reasons if no load factor ≥ 0 was found.
 
     The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
     is proven that no load factor exists: statics then carry any multiple of the live load.
@@ -247,8 +247,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # It is proven that no collapse exists, so the contacts that slip at the incremental load factor lock
-    # later.
+    # A proof shows that no collapse exists, so contacts that slip at the incremental load factor lock later.
+    # The incremental load factor is therefore removed.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -261,7 +261,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record in a solution if it is proven that the scene collapses at no other λ above zero."""
+    """Set ``is_only_state`` of a solution: True if the scene provably collapses at no other λ > 0."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -305,7 +305,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Result:
-    """Find the load factor at which a scene collapses; without live loads, decide if the scene is stable.
+    """Find the load factor at which a scene collapses, or decide if a scene without live load is stable.
 
     Parameters
     ----------
@@ -383,14 +383,14 @@ def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
     """Return a scene after the movement of its supports. Raises TimeLimitError if the time limit is over."""
     if settled is None:
         return scene
-    # This module builds linear programs, and HiGHS takes long to import.
+    # Import the module here, because it imports HiGHS, which takes long.
     from masonry_opt.finite_motion.settled_state import settled_scene
 
     try:
         return settled_scene(scene, settled)
     except TimeLimitReached as stop:
         raise TimeLimitError(
-            f"{scene.origin}: the {stop} ended before the supports had settled: raise the time limit"
+            f"{scene.origin}: the {stop} ended before the settlement was computed: raise the time limit"
         ) from None
 
 

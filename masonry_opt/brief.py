@@ -29,7 +29,7 @@ def brief(record: Any) -> str:
 
 
 def _values(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the value of each field of a record that is shown and not left at its default."""
+    """Yield the name and the value of each visible field of a record that differs from its default."""
     if is_dataclass(record):
         for field in fields(record):
             value = getattr(record, field.name, None)
@@ -56,7 +56,7 @@ def _short(value: Any) -> str:
     if isinstance(value, str):
         return repr(value) if len(value) < _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
     if isinstance(value, Sequence | Mapping | Set):
-        # Nested records and arrays have long texts, so that only lists of plain values are written in full.
+        # Only lists of plain values are written in full, because nested records and arrays have long texts.
         text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""
         return text if 0 < len(text) <= _LONGEST_VALUE else f"<{type(value).__name__} of {len(value)}>"
     text = repr(value)

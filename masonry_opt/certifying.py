@@ -31,23 +31,24 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Laws of friction with which a state can be compared: values of the argument ``friction``.
+#: Permitted values of the argument ``friction``: the friction law in space against which a state is checked.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Laws of crushing with which a state can be compared: values of the argument ``crushing``.
+#: Permitted values of the argument ``crushing``: the law for joints of limited strength against which a state
+#: is checked.
 _CRUSHING_LAWS = ("chords", "parabola")
 
 
 @dataclass(frozen=True, eq=False)
 class StateCheck:
-    """Residuals of a collapse state, given by a load factor λ, joint forces q and block velocities d.
+    """Residuals of a collapse state, which consists of a load factor λ, joint forces q and velocities d.
 
     All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
     consist of a kind and blocks, such as ``n1[A|ground]``.
 
     Attributes
     ----------
-    exact: True if no residual exceeds its limit: the state is an exact collapse state.
+    exact: True if no residual exceeds its limit, which makes the state an exact collapse state.
     load_factor: the load factor λ.
     certificate: residuals of the scene as a whole.
     table: one row for each residual, with columns ``residual``, ``value``, ``limit``, ``passed``, and
@@ -61,10 +62,11 @@ class StateCheck:
 
     assembly: Assembly
     q: np.ndarray  #: joint forces, as passed
-    #: State and residuals as an answer of the attribute ``problem``.
+    #: Collapse state with its residuals, which are computed with the matrices of the attribute ``problem``.
     answer: Answer
-    #: Problem by which the state is certified: that of the scene, or an equivalent one in which the dead load
-    #: drives the mechanism, if the live load does no work.
+    #: Problem whose matrices the residuals are computed with. This is the problem of the scene if the live
+    #: load does work in the mechanism. Otherwise it is an equivalent problem in which dead and live load are
+    #: exchanged.
     problem: Problem
 
     @property
@@ -84,7 +86,7 @@ class StateCheck:
 
     @cached_property
     def table(self) -> "pd.DataFrame":
-        """Table with one row for each residual, its limit, and where it is largest."""
+        """Table with one row for each residual: its value, its limit, and the place of its largest entry."""
         import pandas as pd
 
         limits, largest_at = LIMITS[Kind.EXACT].as_dict(), self._largest_at()
@@ -154,7 +156,7 @@ class StateCheck:
 
     @property
     def _scene_problem(self) -> Problem:
-        """Problem of the scene, with the laws of the state."""
+        """Problem of the scene with the friction and crushing laws against which the state is checked."""
         return self.assembly.problem.by(self.answer.forms)
 
     @cached_property
@@ -246,7 +248,7 @@ def certify(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _finite_number(load_factor: Any) -> float:
-    """Return a load factor. Raises OptionError if it is not a finite number."""
+    """Return a load factor as a float. Raises OptionError if the load factor is not a finite number."""
     is_number = isinstance(load_factor, int | float | np.number) and not isinstance(load_factor, bool)
     if not (is_number and np.isfinite(load_factor)):
         raise OptionError(f"load_factor must be a finite number (found {load_factor!r})")
@@ -254,12 +256,16 @@ def _finite_number(load_factor: Any) -> float:
 
 
 def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
-    """Return an array. Raises OptionError, which names the first entry that is not finite."""
+    """Return an array unchanged if all its entries are finite numbers.
+
+    Otherwise raises OptionError, which names the first entry that is not finite.
+    """
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
         row = int(wrong[0])
         raise OptionError(
-            f"{argument} must have finite numbers: entry no. {row}, {names[row]}, is {values[row]}"
+            f"{argument} must contain only finite numbers, but entry no. {row} ({names[row]}) is "
+            f"{values[row]}"
         )
     return values
 
@@ -267,7 +273,7 @@ def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
 def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
     """Return a problem whose joints follow the named laws of friction and crushing.
 
-    Raises OptionError if there is no law of such a name.
+    Raises OptionError if a name is not the name of a law.
     """
     for argument, name, known in (
         ("friction", friction, _FRICTION_LAWS),
@@ -282,9 +288,9 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
     """Return an equivalent problem whose live load does work in a mechanism, and its joint forces.
 
-    If the live load does no work in the mechanism, dead load and live load are exchanged. The loads at λ are
-    the same, and energies are then divided by the work of the dead load. The lowest forces of ties, props and
-    earth count as dead load.
+    If the live load does no work in the mechanism, dead load and live load are exchanged. The total load at λ
+    stays the same, and energies are then divided by the work of the dead load. The lowest forces of ties,
+    props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
     if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:

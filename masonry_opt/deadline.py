@@ -11,9 +11,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: Remaining seconds below which a solver that ended without an optimum counts as stopped by the deadline.
-#: Solvers measure time with clocks of their own. If this value is smaller, a program that was stopped may
-#: count as failed; if it is larger, a program that failed may count as stopped.
+#: Number of seconds before the deadline within which a solver that ends without an optimum counts as stopped
+#: by the deadline. The number allows for differences between clocks, because solvers use their own clocks.
+#: With a smaller value, a stopped program may count as failed; with a larger value, a failed program may
+#: count as stopped.
 SAME_TIME = 0.1
 
 
@@ -36,9 +37,9 @@ _deadline: ContextVar[tuple[float, float]] = ContextVar("deadline", default=(inf
 
 @contextmanager
 def limited(seconds: float | None) -> Iterator[None]:
-    """Limit the time of the ``with`` block; with None only an outer time limit applies.
+    """Limit the time of the ``with`` block to a number of seconds; None sets no limit.
 
-    Within another time limit the earlier deadline applies.
+    If the block is inside another limited block, the earlier deadline applies.
     """
     if seconds is None:
         yield
@@ -53,7 +54,7 @@ def limited(seconds: float | None) -> Iterator[None]:
 
 @contextmanager
 def unlimited() -> Iterator[None]:
-    """Suspend the time limit within the ``with`` block, whose code limits its time by itself."""
+    """Suspend the time limit for a ``with`` block whose code has a time limit already."""
     token = _deadline.set((inf, inf))
     try:
         yield

@@ -32,8 +32,9 @@ from masonry_opt.stability.dead_load import with_pressure_removed
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Tolerance of the solvers. At their default tolerance, Clarabel leaves gaps of up to 7e-7 in scenes with
-#: fill. If a solver misses the tolerance, its last point is used: the residuals show whether it is accurate.
+#: Tolerance of the solvers. With its default tolerance, Clarabel leaves gaps of up to 7e-7 in scenes with
+#: fill. If a solver misses the tolerance, its last iterate is used, and the residuals show the accuracy of
+#: the iterate.
 _SOLVER_TOLERANCE = 1e-11
 
 
@@ -73,7 +74,10 @@ class DualityReport:
 
     @property
     def passed(self) -> bool:
-        """Return True if load factors agree to 1e-7, residuals are below 1e-6 and cones give no lower λ."""
+        """True if all load factors agree to 1e-7, and all residuals are at most 1e-6.
+
+        In space the cones of friction must also have no lower load factor than the polygons inside them.
+        """
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
         agree = bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
         gap, missed = self._cone_differences
@@ -81,27 +85,34 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Return relative differences in space: static to kinematic with cones, and cones to polygons.
+        """Relative differences of λ in space: static from kinematic programs, and polygons from cones.
 
-        The second difference is positive if the polygons give a lower λ than the cones.
+        The first is the absolute difference between static and kinematic λ, both with friction cones. The
+        second is positive if friction polygons give a lower λ than friction cones.
         """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
         return abs(static - kinematic) / max(abs(static), SMALLEST), missed / max(abs(static), SMALLEST)
 
     def __str__(self) -> str:
-        agree = "agree" if self.passed else "do NOT agree: see the differences and residuals below"
+        verdict = "the static and kinematic formulations in CVXPY and Pyomo agree"
+        if not self.passed:
+            verdict = (
+                "the static and kinematic formulations in CVXPY and Pyomo do NOT agree: see the differences "
+                "and residuals below"
+            )
         median = numeral(float(self.table["load_factor"].median()), ".7f")
         difference = self.table["difference"].max()
         relative = f"(largest relative difference {difference:.1e})"
         answer = [f"associative load factor {median} {relative}"]
         if self.of_stability:
             margin = (
-                f"margin: every joint can lose a normal force of {median} median block weights {relative}"
+                f"stability margin: every joint can lose a normal force of {median} median block weights "
+                f"{relative}"
             )
             answer = [STABLE, margin]
         lines = [
-            "static and kinematic, CVXPY and Pyomo " + agree,
+            verdict,
             *answer,
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
@@ -110,8 +121,10 @@ class DualityReport:
         if self.cones and self.friction:
             gap, missed = self._cone_differences
             by_cone = numeral(self.cones[0], ".7f")
-            with_cone = f"with the cone λ = {by_cone} (static and kinematic differ by {gap:.1e})"
-            lines.append(f"{with_cone}; the polygon gives {missed:.2%} less")
+            lines.append(
+                f"friction cones give λ = {by_cone} (static and kinematic λ differ by {gap:.1e}), and "
+                f"friction polygons give a λ that is {missed:.2%} lower"
+            )
         lines += ["", frame_text(self.table, "residuals of each solution (0 is exact)")]
         lines += [f"warning: {sentence}" for sentence in self.warning_sentences]
         return printable("\n".join(lines)).rstrip("\n")
@@ -155,7 +168,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         answer = driver.solve(nearly=True)
         if answer.state is None:
             raise NoLoadFactorError(
-                f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.solved.status}'"
+                f"{result.case}: the {formulation} formulation has no solution in {language}: the solver "
+                f"stopped with '{answer.solved.status}'"
             )
         return answer.state
 
@@ -206,7 +220,7 @@ def _of_margin(result: Result) -> Problem:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    """Return the load factor of a state and its residuals in all conditions of both formulations."""
+    """Return the load factor of a state, and its residuals in all conditions of the two formulations."""
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)

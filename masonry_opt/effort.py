@@ -58,7 +58,7 @@ class Effort:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report that a step of a method begins; phases within the ``with`` block are parts of the step."""
+        """Report that a step of a method begins. Phases within the ``with`` block are parts of the step."""
         self._step = name
         self.begins(name)
         try:
@@ -87,7 +87,7 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a new effort with zero counts and times that shares the record of solvers."""
+        """Return a new effort with zero counts and times. The two efforts share the record of solvers."""
         other = Effort()
         other.solvers = self.solvers
         return other

@@ -46,14 +46,17 @@ class LongAnalysisWarning(UserWarning):
 
 
 class DrawingWarning(UserWarning):
-    """A drawing is read differently from how it was drawn, or its unit is doubtful; the message says how."""
+    """Part of a drawing file was changed on reading, or its unit of length is doubtful.
+
+    The message says how.
+    """
 
 
 class CaseError(MasonryError, ValueError):
-    """The case file or scene is wrong; the message names file, key or block, and the remedy."""
+    """The case file or scene is wrong; the message names the file, key or block, and states a remedy."""
 
-    # The class derives from ValueError, because pydantic converts a ValueError in a validator to a validation
-    # error.
+    # CaseError derives from ValueError, because pydantic converts every ValueError that a validator raises to
+    # a validation error.
 
 
 class OptionError(MasonryError):
@@ -65,13 +68,13 @@ class OutputError(MasonryError):
 
 
 class ReaderGoneError(OutputError):
-    """The program that reads standard output has closed it; nothing is printed."""
+    """The program that reads the standard output has closed the stream; no message is printed."""
 
     exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE terminates
 
 
 class NoLoadFactorError(MasonryError):
-    """The scene has no load factor where one is needed; the message states the reason."""
+    """The scene has no load factor, but the request needs a load factor; the message states the reason."""
 
     exit_code = 1
 
@@ -83,7 +86,7 @@ class TimeLimitError(MasonryError):
 
 
 class NoRunSolvedError(MasonryError):
-    """No run of a study was solved; the message states why they were refused or crashed."""
+    """No run of a study was solved; the message states why the runs were refused or crashed."""
 
     exit_code = 1
 

@@ -27,10 +27,11 @@ WRITER = "masonry_opt"
 #: Comment in a file that names the writer.
 MARK = f"written by {WRITER}"
 
-#: Key of JSON files that names the writer.
+#: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the lists of names that belong to an .nl file. The mark in the .nl file covers all three files.
+#: Endings of the two lists of names that accompany an .nl file. The lists contain no mark, so the mark in the
+#: .nl file identifies all three files.
 _NAME_LISTS = (".row", ".col")
 
 #: Regular expressions that match the marks of files, by the ending of the file's name.
@@ -51,12 +52,12 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: Name of the file that lists the SHA-256 digests of all files written into a folder. Tables and charts
-#: cannot contain a mark, so their digest identifies them.
+#: Name of the file that lists the SHA-256 digests of all files written into a folder. The digests identify
+#: tables and charts, because such files cannot contain a mark.
 RECORD = ".masonry_opt.json"
 
-#: Number of bytes at the start and at the end of a file that are searched for its mark. Only PDF files have
-#: the mark at the end.
+#: Number of bytes at the start and at the end of a file that are searched for its mark. PDF files have the
+#: mark at the end, all other files at the start.
 _SEARCHED_BYTES = 1 << 16
 
 
@@ -133,7 +134,7 @@ def write_folder(
     refuse_outputs(folder, contents, force)
     record = _recorded(folder)
     for name, content in contents.items():
-        # The digest of the old file stays valid until the file is replaced.
+        # The record also keeps the digest of the present file, which is valid until the file is replaced.
         before = [digest for digest in record.get(name, []) if digest == _digest_of(folder / name)]
         record[name] = [*before, hashlib.sha256(_encoded(content)).hexdigest()]
     lines = json.dumps({JSON_KEY: WRITER, "files": record}, indent=1, ensure_ascii=False) + "\n"
@@ -174,7 +175,7 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
     except (FileNotFoundError, NotADirectoryError):
         pass
     except (OSError, ValueError) as error:
-        # No file can have this path.
+        # The operating system does not accept the path, for example because the path is too long.
         raise OptionError(f"{path}: cannot be written: {error}") from None
     if not path.parent.is_dir():
         raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
@@ -187,9 +188,11 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data that this package did not write, unless ``force`` is set."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
-        foreign = f"is there already, and {WRITER} did not write the file or the file was changed since"
-        remedy = "choose another name or folder, or replace it with --force (in Python: force=True)"
-        raise OptionError(f"{path}: {foreign}: {remedy}")
+        raise OptionError(
+            f"{path}: the file is there already, and {WRITER} did not write the file, or the file was "
+            "changed later: choose another name or folder, or replace the file with --force (in Python: "
+            "force=True)"
+        )
 
 
 def _is_replaceable(path: Path) -> bool:

@@ -28,7 +28,7 @@ class ProofCheck:
     Attributes
     ----------
     bound: load factor below which the proof excludes states.
-    faults: what is wrong, one sentence each; empty if the proof holds.
+    faults: one sentence for each fault of the proof; empty if the proof is correct.
     static, kinematic: numbers of conflicts of each kind.
     reach: size of the states that are excluded: forces that sum to at most this many times all loads, and
         velocities and rates that sum to at most this many times the mean velocity of the live load. Infinite
@@ -52,9 +52,9 @@ class ProofCheck:
         if self.faults:
             return "the proof does NOT hold: " + "; ".join(self.faults)
         return (
-            f"proven: no collapse state has a load factor from 0 to {self.bound:.9g} "
-            f"({self.static} static and {self.kinematic} kinematic conflicts, exact arithmetic, "
-            f"forces and motions up to {self.reach:.1e} times the loads and their velocity)"
+            f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
+            f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
+            f"covers forces and motions up to {self.reach:.1e} times the loads and their velocity"
         )
 
 
@@ -83,7 +83,7 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
         checker = _Checker(problem, proof)
         faults, reach = checker.faults(), checker.reach
         if not faults and _is_satisfiable(proof):
-            faults = ["an assignment satisfies all clauses, so that a state is not excluded"]
+            faults = ["the clauses do not exclude every state: an assignment satisfies all clauses"]
     kinds = [isinstance(conflict, StaticConflict) for conflict in proof.conflicts]
     return ProofCheck(proof.bound, tuple(faults), sum(kinds), len(kinds) - sum(kinds), reach)
 
@@ -106,7 +106,7 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
             arrays += [(one.d, height), (one.p, problem.faces)]
         indices.append(np.atleast_1d(one.condition if isinstance(one, EnergyBound) else one.conditions))
     if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
-        return ["multipliers are missing, or are not numbers"]
+        return ["some multipliers of a conflict are missing, or are not finite numbers"]
     every = np.concatenate(indices)
     if len(every) and (every.min() < 0 or every.max() >= problem.faces):
         return ["a clause names a yield condition that the scene does not have"]
@@ -129,8 +129,11 @@ class _Checker:
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults of the pairs of senses, then of the energy bounds, then of all conflicts."""
-        faults = [f"conditions {pair} are not both senses of one joint" for pair in self._wrong_senses()]
+        """Return the faults of the proof: those of its pairs of senses, energy bounds and conflicts."""
+        faults = [
+            f"yield conditions {pair} are not the two senses of sliding of one joint"
+            for pair in self._wrong_senses()
+        ]
         faults += self._faults_of_energy()
         for number, conflict in enumerate(self._proof.conflicts, start=1):
             if isinstance(conflict, StaticConflict):
@@ -142,13 +145,16 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of conditions that are not the two senses of sliding of one joint."""
+        """Return the pairs of yield conditions that are not the two senses of sliding of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
 
     def _faults_of_energy(self) -> list[str]:
-        """Add the lower bounds of friction to the energies of sliding conditions; return faults of bounds."""
+        """Check the energy bounds and return their faults.
+
+        Add the bounds to the energies of sliding conditions.
+        """
         problem, faults = self._problem, []
         proven = {bound.condition: bound for bound in self._proof.energy_bounds}
         for condition in range(2 * self._sliders):
@@ -164,7 +170,10 @@ class _Checker:
             own = self._energy[condition]
             self._energy[condition] = None if least is None or own is None else own + least
         stray = [condition for condition in proven if condition >= 2 * self._sliders]
-        return faults + [f"energy bound of condition {condition}: it cannot slide" for condition in stray]
+        return faults + [
+            f"energy bound of condition {condition}: only a condition of sliding can have an energy bound"
+            for condition in stray
+        ]
 
     def _fault_of_bound(self, bound: EnergyBound, excess: Fraction, joint: int) -> str:
         row = self._problem.N[[joint]].toarray()[0]
@@ -179,14 +188,15 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why d (3b,) and p (faces,) do not prove cost·q > least; empty if they prove it.
+        """Return the reason why multipliers d (3b,) and p (faces,) do not prove cost·q > least, or "".
 
-        All q in equilibrium with 0 ≤ λ ≤ bound, z ≥ 0, and z = 0 on the conditions held, have
-        cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with departure = Bᵀd + cost − C(μ)ᵀp.
+        Forces q are considered that are in equilibrium with 0 ≤ λ ≤ bound and have z ≥ 0, and z = 0 for the
+        conditions ``held``. All these forces have cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with
+        departure = Bᵀd + cost − C(μ)ᵀp.
         """
         motion, rates = _exact(d), _exact(p)
         if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
-            return "a multiplier of the wrong sign belongs to a condition that the clause does not name"
+            return "a multiplier has the wrong sign, and the clause does not name its yield condition"
         of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
         residual = max(
             (abs(a + own - b) for a, own, b in zip(of_motion, cost, of_rates, strict=True)),
@@ -199,7 +209,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause; empty if it does.
+        """Return the reason why a kinematic conflict does not prove its clause; "" if the proof is correct.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all
@@ -209,7 +219,7 @@ class _Checker:
         if weight < 0:
             return "the energy balance has a negative weight"
         if weight > 0 and None in self._energy:
-            return "a lower bound of energy is missing for a condition that the energy balance needs"
+            return "the energy balance needs a lower bound for each condition, but a bound is missing"
         internal = self._B.times(forces)
         unbalanced = max(
             abs(own + load_factor * live + weight * dead)
@@ -225,11 +235,11 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if a residual times the reach exceeds the gain that the multipliers prove."""
+        """Return the fault of multipliers that prove nothing, or whose residual is too large; "" if none."""
         if gain <= 0:
             return f"the {kind} multipliers contradict nothing"
         if residual * Fraction(REACH) >= gain:
-            return f"the {kind} multipliers have too large a residual for a proof"
+            return f"the residual of the {kind} multipliers is too large for a proof"
         if residual > 0:
             self.reach = min(self.reach, float(gain / residual))
         return ""
@@ -275,6 +285,6 @@ def _dot(one: list[Fraction], other: list[Fraction]) -> Fraction:
 
 
 def _is_satisfiable(proof: Proof) -> bool:
-    """Return True if an assignment satisfies all clauses."""
+    """Return True if an assignment of the yield conditions satisfies all clauses of a proof."""
     with Glucose4(bootstrap_with=proof.clauses()) as solver:
         return bool(solver.solve())

@@ -16,13 +16,13 @@ from masonry_opt.suitability import refuse_without_live_load
 
 @dataclass(frozen=True)
 class LeastLoadFactor:
-    """Lowest load factor found, and the proof that it is the least.
+    """Lowest load factor found, with a proof that no collapse state has a lower load factor.
 
     Attributes
     ----------
-    load_factor: lowest load factor of the exact collapse states found; None if none was found.
+    load_factor: lowest load factor of the exact collapse states found; None if no state was found.
     proof: proof that no collapse state has a lower load factor ≥ 0; None without a proof.
-    why: reason why there is no proof; empty if there is one.
+    why: reason why the proof is missing; empty if there is a proof.
     """
 
     load_factor: float | None
@@ -35,9 +35,12 @@ class LeastLoadFactor:
         if self.load_factor is None:
             return f"no collapse state was found, and nothing is proven: {self.why}"
         if self.proof is None:
-            return f"λ = {self.load_factor:.6g} is the lowest found, not proven least: {self.why}"
+            return (
+                f"λ = {self.load_factor:.6g} is the lowest load factor found, but it is not proven to be the "
+                f"least: {self.why}"
+            )
         count = len(self.proof.conflicts)
-        return f"λ = {self.load_factor:.6g} is the least, proven by {count} conflicts"
+        return f"λ = {self.load_factor:.6g} is the least load factor, which {count} conflicts prove"
 
 
 @suggests_arguments

@@ -128,8 +128,10 @@ class Result(Outcome):
         The message of the error has the case, the status, the reasons and the warnings.
         """
         if self.stability is not None:
-            remedy = "give a live load, such as 'live' of a block, to find a load factor"
-            raise NoLoadFactorError(f"{self.case}: the scene is stable, but no live load acts: {remedy}")
+            raise NoLoadFactorError(
+                f"{self.case}: the scene is stable, but it has no load factor, because no live load acts: "
+                "give a live load, such as 'live' of a block"
+            )
         if self.load_factor is None:
             warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
             raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
@@ -225,14 +227,14 @@ class Result(Outcome):
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
-        """Return the tables of joints (in space, of contact points too) with the limits of their forces."""
+        """Return the tables of joints and, in space, of contact points, with the limits of their forces."""
         limits = limit_columns(self.assembly, self.solution)
         if self.contacts is not None:
             return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces with their lines of action; None if there are none."""
+        """Return a table of limited forces with their lines of action; None if the table is empty."""
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
@@ -241,7 +243,7 @@ class Result(Outcome):
 
 
 class HasWarnings(Protocol):
-    """Answer with warnings, such as a result or a crossing."""
+    """Interface of answers that have warnings, such as a result or a crossing."""
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
@@ -249,7 +251,7 @@ class HasWarnings(Protocol):
 
 
 def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
-    """Return the warning records of several answers without repeating a warning code.
+    """Return the warning records of several answers, without repeating the warnings of later answers.
 
     For each code, the records of the first answer with this code are returned.
     """
@@ -266,6 +268,6 @@ def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
 def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
-    """Combine a solution with names and units of its scene, and with the effort, into a result."""
+    """Return a result that combines a solution, the names and units of its scene, and the effort."""
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
     return Result(**named, assembly=assembly, solution=solution, **effort.counts())

@@ -26,9 +26,8 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Largest number of joints with which forces of elastic contacts at rest are used to show that a scene is
-#: stable under its dead load. In larger scenes that are unstable, elastic contacts take longer to show the
-#: instability.
+#: Largest number of joints for which equilibrium with elastic contacts is the first test of stability under
+#: the dead load. In larger scenes a linear program comes first, because it finds instability faster.
 _MOST_JOINTS_AT_REST = 500
 
 
@@ -43,13 +42,13 @@ class DeadLoadCheck:
 
     @property
     def _follows_load_history(self) -> bool:
-        """Return True if the analysis computes a load history, for its own load factor or another one."""
+        """True if the analysis computes a load history, in which the live load is raised to collapse."""
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
         """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
         self.effort.begins("stability under the dead load")
-        # The result names the solver of this check and adds its time, but does not count its programs.
+        # The result includes the solver and the time of this check, but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_carried_at_rest(own_effort):
@@ -67,7 +66,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "without forces, the solution states the reason"
+            assert fallen is not None, "a check that finds no forces must return a solution with the reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if is_small else self._forces_at_rest(own_effort)
@@ -76,7 +75,7 @@ class DeadLoadCheck:
             return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
 
     def _stable(self, forces: np.ndarray, elastic: bool, effort: Effort) -> Solution:
-        """Return the solution of a stable scene, whose dead load is carried by joint forces (3c + t,)."""
+        """Return the solution of a stable scene, from joint forces (3c + t,) that carry the dead load."""
         from masonry_opt.stability.reserves import geometric_margin, least_friction_factor
 
         problem, solver = self.assembly.problem.by_cone, self.how.of_dead_load
@@ -103,7 +102,7 @@ class DeadLoadCheck:
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
         """Return the solution of an unstable scene, or forces (3c + t,) that carry the dead load.
 
-        The other value is None. If the solver cannot decide, the solution states why.
+        Exactly one of the two values is not None. If the solver cannot decide, the solution states why.
         """
         from masonry_opt.stability import diagnosis
 
@@ -116,7 +115,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("falling blocks, and what would hold them")
+        self.effort.begins("finding the falling blocks and what would support them")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
@@ -125,7 +124,7 @@ class DeadLoadCheck:
         return replace(solution, found=found, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
-        """Return the solution of a scene that is stable only by wedging that no load causes; None otherwise.
+        """Return the solution of a scene that is stable only by wedging forces that no load causes, or None.
 
         Programs find forces that carry the dead load of such a scene, but elastic contacts that start without
         forces do not come to rest, and an exact state of collapse exists. Methods with associative flow do
@@ -151,7 +150,10 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return forces (3c + t,) of elastic contacts at rest under the dead load; None if unknown."""
+        """Return the forces (3c + t,) of elastic contacts in equilibrium with the dead load.
+
+        None if unknown.
+        """
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None
@@ -163,10 +165,10 @@ class DeadLoadCheck:
         return forces
 
     def _is_carried_at_rest(self, effort: Effort) -> bool:
-        """Return True if the forces of elastic contacts at rest carry the dead load.
+        """Return True if elastic contacts are found in equilibrium with the dead load.
 
-        The forces are computed only for small scenes. They are not computed if the session keeps programs:
-        forces of earlier scenes then decide at once.
+        The forces are computed only for small scenes. They are not computed if the session keeps programs,
+        because forces of earlier scenes then decide at once.
         """
         if self.kept.keeps or self.assembly.problem.joints > _MOST_JOINTS_AT_REST:
             return False

@@ -5,11 +5,11 @@ from masonry_opt.methods.task import Method
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 
-#: Keys of a case file that define a live load, in words, by dimension.
+#: Description of the keys of a case file that define a live load, by dimension (2 or 3).
 _LIVE_LOAD_KEYS = {
-    2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
-    'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
-    3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
+    2: "'live = [fx, fy]' in a block or a [[load]], 'live_per_weight' in a [wall], an [[edge_load]] of kind "
+    '"live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
+    3: "'live = [fx, fy, fz]' in a block or a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
 }
 
 
@@ -31,8 +31,10 @@ def asks_for_stability(assembly: Assembly) -> bool:
     if has_live_load:
         return False
     if not assembly.problem.dead.any():
-        needed = "give 'weight' or 'unit_weight' of the blocks, and 'live' for a load that grows"
-        raise CaseError(f"{scene.origin}: no block carries a load: {needed}")
+        raise CaseError(
+            f"{scene.origin}: no block carries a load: give the blocks a 'weight' or 'unit_weight', and "
+            "'live' loads that grow until collapse"
+        )
     return True
 
 
@@ -49,17 +51,23 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     scene.refuse_without_case()
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(f"{scene.origin}: {named} does not support blocks that are solids: use another")
+        raise OptionError(
+            f"{scene.origin}: {named} does not support blocks that are solids: choose another method"
+        )
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
-    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or omit 'dilatancy_stress'"
-    strength = "joints of limited strength: choose another method, or omit 'strength'"
+    dilatancy = (
+        f"{named} does not support dilatancy that falls with stress: use method 'nonassociative', or omit "
+        "'dilatancy_stress'"
+    )
+    forces = f"{named} does not support forces of {roles}: choose another method, or omit these forces"
+    strength = f"{named} does not support joint strength: choose another method, or omit 'strength'"
     for feature, is_present, sentence in (
         ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
-        ("forces", problem.matrices.limited, f"forces of {roles}: choose another method, or omit them"),
+        ("forces", problem.matrices.limited, forces),
         ("strength", len(problem.crushing), strength),
     ):
         if is_present and feature in method.refuses:
-            raise OptionError(f"{named} does not support {sentence}")
+            raise OptionError(sentence)
 
 
 def _without_live_load(scene: Scene) -> str:
@@ -67,10 +75,16 @@ def _without_live_load(scene: Scene) -> str:
     case = scene.load_case
     prefix = f"load case '{case.name}': " if case is not None else ""
     if scene.factor_of_axles and (scene.axles or case is not None):
-        moves = "its only live loads are axles that move: use crossing (in Python mo.crossing), which"
-        return f"{prefix}{moves} finds their worst position"
+        return (
+            f"{prefix}the only live loads are axles that move: use 'crossing' (in Python mo.crossing), which "
+            "finds the worst position of the axles"
+        )
     if case is not None:
-        fault = f"none of its live loads ({case}) acts on a block"
-        return f"{prefix}{fault}: name another group of loads, or add loads to these groups"
-    needed = f"no block carries a live load: give one {_LIVE_LOAD_KEYS[scene.dimension]}"
-    return f"{needed}; without a live load, 'solve' answers if the scene is stable"
+        return (
+            f"{prefix}none of its live loads ({case}) acts on a block: name another group of loads, or add "
+            "loads to these groups"
+        )
+    return (
+        f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without live "
+        "load, 'solve' computes only whether the scene is stable"
+    )

@@ -4,7 +4,10 @@ import sys
 
 
 def main() -> None:
-    """Run the command line, which is imported here because the import is slow."""
+    """Run the command line.
+
+    The import is inside this function, so that Ctrl-C during the import is handled.
+    """
     try:
         from masonry_opt.cli.app import main as run
     except KeyboardInterrupt:

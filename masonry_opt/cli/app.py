@@ -15,8 +15,8 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Module of each command whose module has another name than the command. A module is loaded when its command
-#: runs.
+#: Map from commands to their modules, for each command whose module does not have the command's name. The
+#: module of a command is imported only when the command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
@@ -24,22 +24,20 @@ _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "repor
 #: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
     "solve": "Find the load factor at which CASE collapses, for all its load cases or for a named one.",
-    "check": "Cross-check the static and kinematic formulations, and CVXPY against Pyomo.",
-    "draw": "Draw CASE to FILE without solving it: blocks, supports, joints, small gaps, loads.",
+    "check": "Cross-check the static and kinematic formulations of CASE, and CVXPY against Pyomo.",
+    "draw": "Draw the blocks, supports, joints, small gaps and loads of CASE to FILE, without solving CASE.",
     "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "
     "programs.",
     "capacity": "Follow the mechanism of CASE after the onset of collapse, down to λ = 0.",
-    "convert": "Make a case file from a drawing: blocks, supports, friction, weights, live loads.",
-    "compare": "Time methods and solvers on scenes, check their answers, write tables, charts and a report.",
+    "convert": "Convert a drawing to a case file with blocks, supports, friction, weights and live loads.",
+    "compare": "Time methods and solvers on scenes, check the answers, and write tables and a report.",
     "directions": "Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.",
     "crossing": "Move the axles of CASE over its road, and find the position with the least load factor.",
-    "least": "Find the least value of a number of CASE at which CASE is stable, or carries a load.",
-    "report": "Write one page on CASE: its inputs, its results, and checks made and not made.",
-    "reproduce": "Recompute results of the paper from the case files in cases/, or else in the package.",
-    "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which "
-    "CASE is stable.",
-    "sweep": "Solve CASE for every combination of values of its numbers, or for values drawn from "
-    "distributions.",
+    "least": "Find the least value of a parameter of CASE at which CASE is stable, or carries a given load.",
+    "report": "Write a page about CASE: its inputs, its results, and the checks that were made or omitted.",
+    "reproduce": "Recompute the paper's results from the case files in the folder cases/ or in the package.",
+    "settle": "Find the least and the greatest reaction of a support with which CASE is stable.",
+    "sweep": "Solve CASE for all combinations of values of its parameters, or for random values.",
 }
 
 #: Current names of renamed options, by their former names.
@@ -56,7 +54,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name of a command, the loaded command, and the remaining arguments.
 
-        Raises OptionError if an option has the name that it had in former versions.
+        Raises OptionError, with the present name, if an option has a name of a former version.
         """
         name, _, others = super().resolve_command(ctx, args)
         for option in others:
@@ -75,7 +73,8 @@ def load(name: str) -> Any:
     # Join the lines of each paragraph, so that help texts are wrapped at the width of the terminal.
     paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
     command.help = "\n\n".join([COMMANDS[name], *paragraphs])
-    # Output that a command prints without print_text or print_result goes to standard error.
+    # Standard output is reserved for print_text and print_result. All other output of a command goes to
+    # standard error.
     command.invoke = results_alone()(command.invoke)
     return command
 
@@ -85,15 +84,15 @@ app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, pre
 
 @app.callback(invoke_without_command=True)
 def about(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
-    """At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints."""
+    """Find the load at which masonry collapses, by limit analysis of rigid blocks with Coulomb friction."""
     if version:
         print_text(package_version("masonry_opt"))
         raise typer.Exit
 
 
 def main() -> None:
-    """Run the command line. Each foreseeable error ends with one message and an exit code."""
-    if sys.stdout is None:  # the caller has closed it
+    """Run the command line. Errors that a user can correct end with one message and an exit code."""
+    if sys.stdout is None:  # the calling program has closed standard output
         _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():
         _run()
@@ -101,12 +100,12 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Write results to a separate file descriptor within a context.
+    """Separate the results on standard output from messages of libraries, within a context.
 
     Libraries that write to file descriptor 1 then write to standard error.
     """
     standard_output = sys.__stdout__
-    if standard_output is None or standard_output is not sys.stdout:  # a test has replaced it
+    if standard_output is None or standard_output is not sys.stdout:  # a test has replaced standard output
         yield
         return
     results = os.fdopen(os.dup(1), "w", encoding=standard_output.encoding)
@@ -122,7 +121,7 @@ def _results_apart() -> Iterator[None]:
 
 
 def _run() -> None:
-    """Run the command that was typed, and end with one message if it raises an error of this package."""
+    """Run the command that was typed, and report an error of this package in one message."""
     _escape_unencodable()
     try:
         _run_and_flush()
@@ -138,7 +137,7 @@ def _run() -> None:
         _end("interrupted", InterruptedByUserError.exit_code)
     except SystemExit as end:
         if end.code == InterruptedByUserError.exit_code:  # Typer exits with this code after Ctrl-C
-            _end("interrupted: files already written are complete", InterruptedByUserError.exit_code)
+            _end("interrupted: all files that were written are complete", InterruptedByUserError.exit_code)
         raise
 
 
@@ -167,6 +166,6 @@ def _end(message: str | None, code: int) -> NoReturn:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError:
-        # Python flushes standard output again when it exits; the null device prevents a second error.
+        # Python flushes standard output again when it exits. The null device prevents a second error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

@@ -33,16 +33,16 @@ from masonry_opt.reporting.terminal import changing_line, print_text, print_warn
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Names of parameters that do not become options, because every command defines an argument for them.
+#: Names of parameters that do not become options, because each command defines its own arguments for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
-#: Types of options by the annotation of their parameter; all other options are text.
+#: Type of an option by the annotation of its parameter. Options with any other annotation are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """Return a function that parses text with ``read``, and raises OptionError in place of ValueError.
+    """Return a function that parses text with ``read``, and converts a ValueError to an OptionError.
 
-    ``refusal`` is the message of the error; the text takes the place of its braces.
+    ``refusal`` is the message of the error. The parsed text is inserted at the braces of the message.
     """
 
     def parse(text: str) -> T:
@@ -61,15 +61,15 @@ def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
 
 @partial(reader, refusal="--view {}: write azimuth and elevation as in --view=-60,22")
 def _angles(text: str) -> tuple[float, float]:
-    """Return azimuth and elevation of a view, in degrees."""
+    """Parse the azimuth and the elevation of a view, in degrees."""
     azimuth, elevation = map(float, text.split(","))
     return azimuth, elevation
 
 
 def _movement(text: str) -> tuple[str, tuple[float, ...]]:
-    """Return the name of a support, and its movement: x, y and possibly a rotation.
+    """Parse the name of a support and its movement, which is x, y and optionally a rotation.
 
-    Raises OptionError if the text has another form.
+    Raises OptionError if the text does not have this form.
     """
     name, colon, movement = text.rpartition(":")
     try:
@@ -77,12 +77,14 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
     except ValueError:
         parts = ()
     if not (colon and name and len(parts) in (2, 3)):
-        form = "NAME:X,Y or NAME:X,Y,ROTATION with the name of a support, such as pier:0,-0.02"
-        raise OptionError(f"--settled {text}: write {form}")
+        raise OptionError(
+            f"--settled {text}: write NAME:X,Y or NAME:X,Y,ROTATION with the name of a support, such as "
+            "pier:0,-0.02"
+        )
     return name, parts
 
 
-_VIEW = "View of solids: azimuth and elevation of the eye, in degrees."
+_VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
@@ -96,11 +98,11 @@ _SHARED: dict[str, Any] = {
     "load_case": typer.Option(metavar="NAME", help="Load case of CASE, if CASE has load cases."),
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
-    "force": typer.Option("--force", help=f"Replace also files that {WRITER} did not write."),
+    "force": typer.Option("--force", help=f"Also replace files that {WRITER} did not write."),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
-        help="Movement of support NAME before the live load acts, in the length unit of CASE, and a rotation "
-        "in radians; may be repeated.",
+        help="Movement of support NAME before the live load acts, in the length unit of CASE, with an "
+        "optional rotation in radians; may be repeated.",
         parser=_movement,
     ),
     "view": typer.Option(metavar="AZIM,ELEV", help=_VIEW, parser=_angles),
@@ -108,38 +110,40 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed, by parameter name. All other parameters have their defaults."""
+    """Arguments that the user typed, by parameter name. Parameters that are missing have their defaults."""
 
-    called: Mapping[str, str] = {}  #: Names of the command-line options, by the name of their parameter.
+    called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Remove the arguments that belong to a function, and return these arguments."""
+        """Remove and return the arguments that a function accepts as parameters."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """Return all arguments not yet taken, and the options of the method, as keyword arguments.
+        """Return the remaining arguments, and the options of the method, as keyword arguments.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
-        method has another form than NAME=VALUE, or is an argument of one of the two functions.
+        method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        # Method "global" had the option "time_limit" before all methods had it as an argument.
+        # "time_limit" is accepted, because it was an option of method "global" before it became a parameter.
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
-                whose = "it is not an option of the method: --help lists the options of the command"
-                raise OptionError(f"option '{min(own)}': {whose}")
+                raise OptionError(
+                    f"'{min(own)}' is not an option of the method: use the option of the command instead, "
+                    "which --help lists"
+                )
         return self | options
 
 
 def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
-    """Return a decorator that makes a command of a function, as a Typer app.
+    """Return a decorator that converts a function to a command of the command line, as a Typer app.
 
-    The command has the options of the decorated function and of other functions. The decorated function is
-    called with the arguments for the other functions (:class:`Given`), and with its own options, which
-    replace options of equal name. The command ends with exit code 1 if the function returns False.
+    The command has the options of the decorated function and of the functions in ``functions``. The decorated
+    function is called with the arguments for the other functions (:class:`Given`), and with its own options,
+    which replace options of equal name. The command ends with exit code 1 if the function returns False.
 
     Parameters
     ----------
@@ -147,14 +151,14 @@ def command(
     labels: A label for each function, at the beginning of the help of options that not all functions take.
         With labels no option is required.
     leave: Names of parameters, separated by spaces, that become no options.
-    asked: Typer options by parameter, for everything that signatures do not say. A ``parser`` reads one text.
+    asked: Typer options by parameter name: help texts, names and parsers that signatures do not contain.
     """
     infos = _SHARED | asked
 
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter takes the Given
+        del options[next(iter(options))]  # the first parameter is the Given, which is not an option
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}
@@ -196,10 +200,10 @@ def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
 
 
 def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: bool) -> Parameter:
-    """Return a parameter with the annotation from which Typer makes an option.
+    """Return a parameter with the annotation from which Typer creates an option.
 
-    A parameter that takes several values becomes an option in the singular that may be repeated, unless a
-    parser reads all values from one text.
+    A parameter with several values becomes an option that may be repeated, and whose name has no plural "s".
+    If a parser reads all values from one text, the option is not repeated.
     """
     annotated, default = inspect.formatannotation(parameter.annotation).strip("'"), parameter.default
     mapping = parameter.kind is parameter.VAR_KEYWORD or "Mapping" in annotated
@@ -207,20 +211,20 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
     kind: Any = Path if "Path" in annotated else _TYPES.get(annotated.removesuffix(" | None"), str)
     if info.default is ... and (repeated or default is False):
         name = "--" + parameter.name.replace("_", "-")
-        info.default = name.removesuffix("s") if repeated else name  # without a name typer adds --no-...
+        info.default = name.removesuffix("s") if repeated else name  # otherwise Typer also adds --no-NAME
     no_default = not required if default is parameter.empty else repeated
     if parameter.kind is parameter.VAR_KEYWORD or no_default:
         default = None
     elif isinstance(default, tuple):
         default = ",".join(map(str, default))
-        info.show_default = default.replace(",", ", ")  # spaces let the help break a long list
+        info.show_default = default.replace(",", ", ")  # with spaces, the help can wrap a long list
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)
 
 
 def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
-    """Return the help text of an option, from the first sentence on its parameter in a docstring.
+    """Return the help text of an option, which is the first sentence about its parameter in a docstring.
 
     If only some functions have the parameter, the labels of these functions come first.
     """
@@ -236,7 +240,7 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
 
 
 def _first_sentence(name: str, function: Function) -> str:
-    """Return the first sentence on a parameter in a function's docstring.
+    """Return the first sentence about a parameter in the docstring of a function.
 
     Returns "" if the docstring does not describe the parameter, or refers to another function.
     """
@@ -250,11 +254,14 @@ def _first_sentence(name: str, function: Function) -> str:
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
-    """Return name and value of a text NAME=VALUE; the value is read as JSON or as a float, or stays text."""
+    """Parse a text NAME=VALUE.
+
+    The value is parsed as JSON or as a float if possible; otherwise it stays text.
+    """
     name, equals, value = text.partition("=")
     if not equals:
         raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
-    for parse in (parse_json, float):  # unlike JSON, float also reads .5
+    for parse in (parse_json, float):  # float also accepts .5, which is not valid JSON
         try:
             return name, parse(value)
         except ValueError:
@@ -264,7 +271,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a line with the elapsed time on a terminal within a context; yield a Work that changes the line.
+    """Show a progress line with the elapsed time within a context, and yield a Work that changes its text.
 
     Ctrl-C raises InterruptedByUserError with the message ``if_interrupted``. If ``quiet`` is True, no line is
     shown.
@@ -278,7 +285,7 @@ def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was f
 
 @contextlib.contextmanager
 def warnings_printed(category: type[Warning]) -> Iterator[None]:
-    """Print Python warnings of a category on standard error at once, without their place in the code."""
+    """Print Python warnings of a category on standard error when they occur, without their source lines."""
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
         """Print a warning."""
@@ -291,20 +298,20 @@ def warnings_printed(category: type[Warning]) -> Iterator[None]:
 
 
 class Work:
-    """Progress line of a command on a terminal, and the list of the steps shown so far."""
+    """Progress line of a command, with the list of all steps that it has shown."""
 
     def __init__(self, show: Phases, name: str) -> None:
         self._show, self._name = show, name
         self.steps: list[str] = []  #: steps of the method that have a load factor, as text
-        self._last_step = ""  #: last of the steps, with its residual
-        self._phase = ""  #: phase that began last, followed by a colon
+        self._last_step = ""  #: text of the most recent step, with its residual
+        self._phase = ""  #: name of the current phase, followed by a colon
 
     def show(self, line: str) -> None:
         """Replace the text of the line."""
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the phase that begins, and the last step of the earlier phases."""
+        """Show the name of a phase that begins, with the last step of the earlier phases."""
         last = f" (last {self._last_step})" if self._last_step else ""
         self._phase = f"{words}: "
         self._show(f"{self._name}: {words}{last}")
@@ -341,7 +348,7 @@ def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
 def interrupts() -> Iterator[Callable[[], None]]:
     """Yield a function that raises KeyboardInterrupt if Ctrl-C was pressed within the context.
 
-    A solver may catch KeyboardInterrupt to stop only itself.
+    The function is needed because a solver may catch KeyboardInterrupt and stop only itself.
     """
     pressed = False
 
@@ -364,7 +371,10 @@ def interrupts() -> Iterator[Callable[[], None]]:
 
 
 def ended_by_kill() -> contextlib.AbstractContextManager[None]:
-    """Return a context in which SIGTERM (`kill`, `timeout`) acts as Ctrl-C, so that worker processes end."""
+    """Return a context in which SIGTERM (from `kill` or `timeout`) has the effect of Ctrl-C.
+
+    Worker processes then end too.
+    """
     return handled(signal.SIGTERM, signal.default_int_handler)
 
 

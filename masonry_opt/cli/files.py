@@ -29,21 +29,21 @@ from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.solution.sense import warnings_of
 
-#: Printed name of each kind of drawing, and the function that reads the drawing, by file suffix.
+#: For each file ending of a drawing: the printed name of the format, and the function that reads the file.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     ".dxf": ("a DXF drawing", mo.read_dxf),
     ".json": ("COMPAS data", mo.read_compas),
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Largest number of corners of a mesh that is copied into a case file (about 1 MB). A case file with a larger
-#: mesh refers to the file of the mesh.
+#: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
+#: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "For programs: static (default), kinematic or global (any file), mpec or mcp (.nl). For solids: "
-    "method whose mechanism and forces are written (default: blocks at rest)."
+    "Method whose program is written: static (default), kinematic or global (any format), mpec or mcp (.nl "
+    "only). For files of solids: method that computes the mechanism and the forces (default: blocks at rest)."
 )
-_IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or folder of meshes."
+_IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
@@ -68,7 +68,7 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     leave="moved",
     method=typer.Option(help=_METHOD),
     file=typer.Argument(
-        help="File to write (.lp, .mps, .nl; of a proof .cnf; of solids .obj, .glb, .gltf, .json)."
+        help="File to write: program (.lp, .mps, .nl), proof (.cnf), or solids (.obj, .glb, .gltf, .json)."
     ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
@@ -80,7 +80,7 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
     method = given.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
     if method:
         refuse_unwritable(file, given.get("force", False))
-        with waiting("export", if_interrupted="no file written") as work:
+        with waiting("export", if_interrupted="no file was written") as work:
             steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
             exported = mo.solve(case, method, incremental=False, load_case=load_case, **steps)
     print_text("\n".join(printable(str(path)) for path in mo.export(exported, file, **given)))
@@ -97,13 +97,13 @@ def _forces(option: str) -> Any:
 
 @partial(reader, refusal="--live-layer '{}': write it as LAYER=X,Y, such as parapet=1,0")
 def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
-    """Return the name of a layer of a drawing, and the force on each of its blocks."""
+    """Parse the name of a layer of a drawing, and the live force on each block of the layer."""
     layer, force = text.rsplit("=", 1)
     return layer, _forces("--live-layer")(force)
 
 
 def _direction(text: str) -> str | tuple[float, ...]:
-    """Return the name of an axis, or the components of a direction."""
+    """Parse a direction, which is the name of an axis or a list of components."""
     return _forces("--along")(text) if "," in text else text
 
 
@@ -116,7 +116,7 @@ def _direction(text: str) -> str | tuple[float, ...]:
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option(
-        "--space/--plane", help="COMPAS: solid blocks, or their outlines seen along a direction."
+        "--space/--plane", help="COMPAS: read solid blocks, or their outlines in the view along a direction."
     ),
     up=typer.Option(metavar="x|y|z"),
     drawing=typer.Argument(metavar="IN", help=_IN),
@@ -125,8 +125,8 @@ def _direction(text: str) -> str | tuple[float, ...]:
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
     """See docs/drawings.md for layers, names, arcs, COMPAS data and meshes.
 
-    If IN is a case file and OUT a .dxf file, the blocks are drawn. A case file with a mesh of more than
-    10,000 corners refers to the file of the mesh.
+    If IN is a case file and OUT is a .dxf file, the blocks are drawn. A mesh of more than 10,000 corners is
+    not copied: the case file contains its path instead.
     """
     if out.suffix.lower() == ".dxf":
         refuse_replacing(out, force)
@@ -137,14 +137,16 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
-    # A folder is read as meshes, whatever the ending of its name.
+    # A folder is read as a folder of meshes, even if its name has an ending.
     suffix = MESHES[0] if drawing.is_dir() else drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
         raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
-        ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data, or a folder of meshes"
-        raise OptionError(f"{drawing}: a drawing must be a file that ends in {ends}")
+        raise OptionError(
+            f"{drawing}: the file name of a drawing must end in .dxf, {', '.join(MESHES)}, or .json for "
+            "COMPAS data; a folder of meshes can be converted too"
+        )
     missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
     if missing:
         raise OptionError(
@@ -154,7 +156,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
-    with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file written") as work:
+    with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file was written") as work:
         layers: list[str] = []
         with warnings_printed(DrawingWarning):
             if read is mo.read_dxf:
@@ -173,16 +175,15 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 
 def _case_file_message(path: Path) -> str:
-    """Return the error message for a file that already is a case file, with commands for case files."""
-    if mo.load(path).dimension == 3:
-        advice = f"write its solids (masonry-opt export {path} OUT.obj)"
-    else:
+    """Return the error message for a file that is a case file already, with commands for case files."""
+    advice = f"write its solids (masonry-opt export {path} OUT.obj)"
+    if mo.load(path).dimension == 2:
         advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
-    return f"{path}: this is already a case file: solve it (masonry-opt solve {path}), or {advice}"
+    return f"{path} is a case file already: solve it (masonry-opt solve {path}), or {advice}"
 
 
 def _case_of_mesh(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
-    """Return a case file that refers to a mesh file by its path relative to the case file's folder."""
+    """Return a case file that contains the path of a mesh file, relative to the folder of the case file."""
     keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
     own = ("source", "joints", "tolerance", "contact_tolerance")
@@ -197,7 +198,7 @@ def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:
-    """Raise OptionError if an argument is not among the known parameters."""
+    """Raise OptionError if an argument that the user typed is not among the known parameters."""
     for name in given:
         if name not in known:
             raise OptionError(f"{what} does not take {given.called[name]}")

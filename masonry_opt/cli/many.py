@@ -21,22 +21,22 @@ from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
 
-_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one number of the scene.
-_FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the option --vary.
+_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
+_FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. The text of the command above its options explains the forms of the values.
-_VARY = "Name and values of a number of CASE, as shown above; may be repeated."
+#: Help of the option --vary. It refers to the help text of the command, which is printed above the options.
+_VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
 #: Help of the option --sample.
-_SAMPLE = "In place of --vary: name and distribution of a number of CASE, as shown above; may be repeated."
-_SOLVERS = "Also: highs-hipo, and every solver that CVXPY finds, such as osqp or scs."
+_SAMPLE = "Instead of --vary: name and distribution of a parameter of CASE, as shown above; may be repeated."
+_SOLVERS = "Solvers, separated by commas; also: highs-hipo, and solvers that CVXPY finds, such as osqp."
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
 
 @partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_VARY_EXAMPLE}")
 def _vary(text: str) -> tuple[str, list[float]]:
-    """Parse the text of option --vary; return the name of a number of the scene, and its values.
+    """Parse the text of option --vary: the name of a parameter of the scene, and its values.
 
-    Raises ValueError if the text has another form.
+    Raises ValueError if the text does not have one of the two forms.
     """
     name, _, value_text = text.partition("=")
     if ":" not in value_text:
@@ -62,35 +62,35 @@ def _vary(text: str) -> tuple[str, list[float]]:
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
-    by=typer.Option(help=f"With --sample: joints that share a random value ({', '.join(BY)})."),
+    by=typer.Option(help=f"With --sample: group of joints with a common random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
     force=typer.Option(
-        "--force", help=f"Also replace the table of another study, and files not written by {WRITER}."
+        "--force", help=f"Replace the table of another study too, and files that {WRITER} did not write."
     ),
-    out=typer.Option(help="Folder of the table and charts."),
+    out=typer.Option(help="Folder to which the table and the charts are written."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
-    """Write a table (runs.csv) and charts; with --sample also statistics of the load factor.
+    """Write a table (runs.csv) and charts; with --sample also print statistics of the load factor.
 
     Values: --vary NAME=FROM:TO:COUNT or --vary NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11 or
     arch.thickness=0.3,0.4.
 
-    Distributions: --sample NAME=lognormal:MEAN:DEVIATION (a standard deviation, or 15% of the mean),
-    NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST.
+    Distributions: --sample NAME=lognormal:MEAN:DEVIATION (the standard deviation as a number, or as a
+    percentage of the mean such as 15%), NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST.
 
-    An interrupted sweep continues where it stopped. Exit code 0: done; 1: no run was solved, and the message
-    says why; 130: interrupted; 2: wrong case file, name or option.
+    Repeat the command to continue an interrupted sweep where it stopped. Exit code 0: the sweep is complete;
+    1: no run was solved, and the message says why; 130: interrupted; 2: wrong case file, name or option.
     """
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
-        raise OptionError("give either --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
+        raise OptionError("give either --vary NAME=FROM:TO:COUNT, or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
-        raise OptionError(f"{', '.join(others)}: only with --sample, because --vary has fixed values")
+        raise OptionError(f"{', '.join(others)} can be used only with --sample: omit it, or replace --vary")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
-        raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
+        raise OptionError(f"{'--vary' if vary else '--sample'} names a parameter twice: name each one once")
     run: Any = mo.sweep if vary else mo.sample
     options = given.rest(run)
     scene = as_scene(case, load_case)
@@ -106,16 +106,17 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
             with ended_by_kill():
                 answer = run(scene, values, out=out, progress=progress, **options)
         except KeyboardInterrupt:
-            kept = f"{counted(int(bar.tasks[0].completed), 'run')} kept"
-            message = f"interrupted: {kept}; the same command continues from there"
-            raise InterruptedByUserError(message) from None
+            complete = counted(int(bar.tasks[0].completed), "complete run")
+            raise InterruptedByUserError(
+                f"interrupted: {complete} in the table; repeat the command to continue the sweep"
+            ) from None
     print_result(summary_text(answer, list(values)) if vary else str(answer), bold_line=1 if vary else None)
-    charts = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
+    charts = ", with charts in the same folder" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{charts}", markup=False, soft_wrap=True)
 
 
 def _names(text: str) -> list[str]:
-    """Split a text at commas, and return the names in lower case without repetitions."""
+    """Parse names that are separated by commas, and return the names in lower case without repetitions."""
     return [*dict.fromkeys(name.strip().lower() for name in text.split(",") if name.strip())]
 
 
@@ -128,20 +129,23 @@ def _names(text: str) -> list[str]:
     repeats=typer.Option(min=1),
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
-    cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else the package's folder."),
+    cases=typer.Option(
+        help="Folder of the case files. Default: ./cases if it exists, or the package's folder."
+    ),
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )
 def compare(given: Given, scenes: list[str] | None = None) -> None:
     """Repeat the command to continue an interrupted comparison where it stopped.
 
-    Exit code 0: done; 1: every run crashed or died; 130: interrupted; 2: wrong case file or option.
+    Exit code 0: the comparison is complete; 1: every run crashed or was killed; 130: interrupted; 2: wrong
+    case file or option.
     """
     with waiting("comparing") as work, ended_by_kill():
         comparison = mo.compare(scenes or [], progress=work.show, **given)
     print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
-    written = f"{page}, tables and pictures beside it" if page.exists() else f"{table}; {NEEDED}"
+    written = f"{page}, with tables and pictures in its folder" if page.exists() else f"{table}; {NEEDED}"
     Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
-        raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+        raise InterruptedByUserError("interrupted: repeat the command to continue the comparison")

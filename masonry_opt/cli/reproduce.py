@@ -28,7 +28,9 @@ from masonry_opt.reporting.terminal import print_text
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.writing import csv_text
 
-_NOT_IN_PAPER = "bracket"  #: Name of the script that is not in the paper and takes a quarter of an hour.
+#: Name of the script that "all" does not include, because it is not in the paper and takes a quarter of an
+#: hour.
+_NOT_IN_PAPER = "bracket"
 _EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _TABLE_PREFIX = "table"  #: Prefix of a script's variables that are written as tables.
@@ -46,10 +48,10 @@ def scripts() -> dict[str, Path]:
 
 @command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUT))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
-    """Exit code 0: every value is as published; 1: at least one is not; 2: wrong example or folder.
+    """Exit code 0: every value is as published; 1: a value differs; 2: wrong example or folder.
 
-    Each example says how near a value must be to the published one. Exit code 2 also means that an extra is
-    missing.
+    Each example states how close a value must be to the published value. Exit code 2 also means that an extra
+    of the package is not installed.
     """
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
@@ -59,11 +61,12 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
     names = [name for name in known if name != _NOT_IN_PAPER] if example == "all" else [example]
     unknown = set(names) - set(known)
     if unknown:
-        none = f"nothing to reproduce is named '{unknown.pop()}'"
-        raise OptionError(f"{none}; choose all, or one of:\n{listed}")
+        raise OptionError(
+            f"there is no example '{unknown.pop()}' to reproduce; choose 'all', or one of:\n{listed}"
+        )
     if "table1" in names:
-        find_solver("pyomo", "casadi")  # a missing extra raises OptionError before the computation
-    # The folder is created first, so that an error is raised before the computation.
+        find_solver("pyomo", "casadi")  # raises OptionError now if the extra is not installed
+    # Create the folder before the computation, so that an error is found early.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     refuse_unwritable(out / RECORD, force)
@@ -79,7 +82,7 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
 
 
 def _title(path: Path) -> str:
-    """Return the title of a script, which is its second line."""
+    """Return the title of a script, which is the second line of its text."""
     return path.read_text("utf-8").split("\n", 2)[1]
 
 
@@ -103,15 +106,15 @@ def _files(name: str, variable: str) -> list[str]:
 
 
 def _run(name: str, path: Path, out: Path, force: bool) -> bool:
-    """Run a script, print its output, and write its tables and figures.
+    """Run a script, print its output, and write its tables and figures to files.
 
-    Returns True if a value of the script is not as published.
+    Returns True if a value of the script differs from the published value.
     """
     names: dict[str, Any] = {"__name__": "__main__", "__file__": str(path)}
     output, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(output):
         try:
-            # With optimize=0, assert statements run even if Python was started with -O.
+            # The script checks its values by assertions. With optimize=0 they run even under "python -O".
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script

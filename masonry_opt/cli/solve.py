@@ -23,13 +23,14 @@ from masonry_opt.reporting.terminal import print_result, print_text, print_warni
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of
 
-_MECHANISMS = "least", "incremental"  #: Load factors at which the collapse mechanism can be drawn.
+#: Values of option --mechanism: names of the load factors whose mechanism can be drawn.
+_MECHANISMS = "least", "incremental"
 _PLOT_KIND_HELP = (
-    "Content of the picture: mechanism, thrust, utilisation or curve. Default: mechanism; thrust if CASE has "
-    "no live load and is stable."
+    "Content of the picture: mechanism, thrust, utilisation or curve. Default: mechanism, or thrust if CASE "
+    "is stable without live load."
 )
-_VERBOSE_HELP = "Also print how the answer was found: residuals, solvers, seconds."
-_WHOSE = "Mechanism that --plot draws: least (default, at the lowest load factor found) or incremental."
+_VERBOSE_HELP = "Also print residuals, solvers and computing times."
+_WHOSE = "Mechanism to draw: least (default, at the lowest load factor found) or incremental."
 
 
 @command(
@@ -49,18 +50,18 @@ def solve(
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: one has none, or was stopped; 2: wrong input.
+    """Exit code 0: every load case has a load factor; 1: a load factor is missing; 2: wrong input.
 
-    If CASE has no live load, the answer is if CASE is stable under its dead load: exit code 0: stable; 1:
-    unstable or undecided.
+    Exit code 1 also means that the analysis was stopped. If CASE has no live load, the command decides
+    whether CASE is stable under its dead load. Exit code 0: stable; 1: unstable or undecided.
     """
     if json + verbose + quiet > 1:
-        raise OptionError("--json, --verbose and --quiet exclude each other: give only one of them")
+        raise OptionError("--json, --verbose and --quiet exclude each other: give only one of the three")
     drawing = given.take(mo.Result.save)
     _refuse_drawing_options(given, drawing, plot, mechanism)
     load_case = given.pop("load_case", None)
     scene = as_scene(case, load_case)
-    if plot is not None:  # an unusable path of the picture is reported before the scene is solved
+    if plot is not None:  # report an unusable path before the scene is solved
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **{"kind": "mechanism"} | drawing)
@@ -79,7 +80,7 @@ def solve(
         print_text(str(result.status) if is_stable else numeral(result.required(), ".10g"))
         print_warnings(answer.warning_sentences)
     at_incremental = result.at_incremental if mechanism == "incremental" else None
-    # A stable scene without live load has no mechanism.
+    # A stable scene without live load has no mechanism, so its thrust is drawn by default.
     usual_kind = "thrust" if result.stability else "mechanism"
     save(at_incremental or result, plot, {"kind": usual_kind} | drawing)
     if quiet and not result.stability:
@@ -92,18 +93,22 @@ def _refuse_drawing_options(
 ) -> None:
     """Raise OptionError if options of a picture are given without --plot, or if --mechanism is wrong."""
     if plot is None and (drawing or mechanism is not None):
-        options = "--plot-kind, --mechanism, --names, --view and --force apply to a picture"
-        raise OptionError(f"{options}: give --plot FILE too")
+        raise OptionError(
+            "--plot-kind, --mechanism, --names, --view and --force apply to a picture: give --plot FILE too"
+        )
     if mechanism not in (None, *_MECHANISMS):
         raise OptionError(f"--mechanism '{mechanism}' is unknown{instead_of(mechanism, _MECHANISMS)}")
     method = METHODS.get(given.get("method", DEFAULT))
     has_incremental = given.get("incremental", True) and not (method and method.associative)
     if mechanism == "incremental" and not has_incremental:
-        raise OptionError(f"--mechanism {mechanism}: needs a Coulomb method without --no-incremental")
+        raise OptionError(
+            f"--mechanism {mechanism} needs the incremental load factor: choose a Coulomb method, and omit "
+            "--no-incremental"
+        )
 
 
 def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:
-    """Solve a scene with a function, and show progress in a changing line on standard error.
+    """Solve a scene with a function such as ``solve``, and show a progress line on standard error.
 
     If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
     without an answer.
@@ -116,26 +121,27 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
         try:
             answer = function(scene, progress=show_step, phases=work.phase, **options)
-            # The answer of an interrupted search is the state with the lowest load factor found so far.
+            # An interrupted search has an answer: the state with the lowest load factor found so far. Any
+            # other interrupted analysis has no answer, so the interrupt is raised again.
             if not _drawn_result(answer).solution.interrupted:
                 check_interrupt()
         except KeyboardInterrupt:
             last = "no load factor was found"
             if work.steps:
-                last = f"the last was {work.steps[-1]}, not the answer"
-            raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
+                last = f"the last step was {work.steps[-1]}, which is not the answer"
+            raise InterruptedByUserError(f"interrupted: {last}; no file was written") from None
     return answer
 
 
 def _drawn_result(answer: Any) -> mo.Result:
-    """Return the result to draw: that of the scene, or that of its governing load case."""
+    """Return the result to draw, which is the result of the governing load case if there are load cases."""
     return answer if isinstance(answer, mo.Result) else answer.to_draw
 
 
 @command(mo.check)
 def check(given: Given, case: Path, load_case: str | None = None) -> bool:
-    """Exit code 0: the load factors agree; 1: they differ, or none exists; 2: wrong case file."""
-    with waiting("comparing static with kinematic, and CVXPY with Pyomo"):
+    """Exit code 0: the load factors agree; 1: they differ, or no load factor exists; 2: wrong case file."""
+    with waiting("comparing the static with the kinematic formulation, and CVXPY with Pyomo"):
         report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))
     return report.passed

@@ -41,14 +41,14 @@ _AXLES = typer.Option(metavar="NAME", help="Group of axles of CASE. Default: all
 _IN_CASE = typer.Option(metavar="NAME", help="Load case of CASE. Default: all load cases with axles.")
 _VERTICAL = typer.Option(
     metavar="RATIO[,RATIO]",
-    help="Ratio of the vertical to the horizontal push, positive along gravity, as in --vertical=0.3,-0.3. "
-    "Default: ratio of the earthquake of CASE, or 0.",
+    help="Ratio of the vertical to the horizontal seismic force, positive downwards, as in "
+    "--vertical=0.3,-0.3. Default: the ratio of the earthquake of CASE, or 0.",
     parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
-_POINT_HELP = "With --block: point of the block. Default: centroid of the block."
-_SPECTRUM = "Check against a spectrum: CSV file with period (s) and acceleration (g) on each line."
+_POINT_HELP = "With --block: point of the block that is followed. Default: centroid of the block."
+_SPECTRUM = "CSV file of the spectrum for a check: each line has a period (s) and an acceleration (g)."
 _REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the current folder."
 
 
@@ -71,9 +71,9 @@ def capacity(
     table: bool = False,
     json: bool = False,
 ) -> bool:
-    """Exit code 0: the capacity curve reaches λ = 0; 1: it stops before; 2: wrong case file or option.
+    """Exit code 0: the capacity curve reaches λ = 0; 1: it ends above; 2: wrong case file or option.
 
-    Exit code 1 also means that there is no load factor.
+    Exit code 1 also means that the scene has no load factor.
     """
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
     following = given.take(mo.capacity)
@@ -107,11 +107,11 @@ def crossing(
 ) -> bool:
     """Exit code 0: a load factor exists; 1: none exists; 2: wrong case file or option; 130: interrupted.
 
-    With --required-factor, exit code 0: passed; 1: failed or not decided. An interrupted crossing prints the
-    worst position solved so far.
+    With --required-factor, exit code 0: the load factor is sufficient; 1: too small or not decided. An
+    interrupted crossing prints the worst of the positions that were solved.
     """
     drawing = given.take(mo.Crossing.save)
-    if plot is not None:  # an unusable path of the picture is reported before the scene is solved
+    if plot is not None:  # report an unusable path before the scene is solved
         refuse_file(plot, **drawing)
     with waiting("crossing", json) as work:
 
@@ -133,7 +133,7 @@ def crossing(
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Exit code 0: each direction has a load factor; 1: some have none; 2: wrong input."""
+    """Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input."""
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
@@ -151,16 +151,16 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
 @command(
     mo.least,
     leave="lower upper",
-    vary=typer.Option(help="Number of CASE and the range to search, such as arch.thickness=0.05:0.3."),
-    most=typer.Option("--most", help="Find the greatest value instead, for a number that weakens the scene."),
+    vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
+    most=typer.Option("--most", help="Find the greatest value, for a parameter that weakens the scene."),
 )
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
     """Exit code 0: the value was found; 1: a scene could not be decided; 2: wrong input.
 
-    Exit code 1 means that it is unknown if a scene is stable, or carries the load. Exit code 2 also means
-    that the scenes at both ends of the range agree, so that the range contains no limit.
+    Exit code 1 means that the analysis could not decide whether a scene is stable, or carries the load. Exit
+    code 2 also means that both ends of the range have the same answer: the range then contains no limit.
     """
     name, lower, upper = _between(vary)
     parameters = Parameters(as_scene(case, load_case))
@@ -190,15 +190,15 @@ def least(
     mo.Settlement.save,
     leave="end kind settled",
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
-    greatest=typer.Option("--greatest", help="With --plot: draw the greatest reaction, not the least."),
+    greatest=typer.Option("--greatest", help="With --plot: draw the greatest instead of the least reaction."),
 )
 def settle(
     given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
 ) -> bool:
-    """Exit code 0: both reactions were found; 1: one was not found; 2: wrong case file or option.
+    """Exit code 0: both reactions were found; 1: a reaction is missing; 2: wrong case file or option.
 
     A reaction that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable
-    with every reaction.
+    for every value of the reaction.
     """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
@@ -218,15 +218,15 @@ def settle(
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Solve all load cases, or the named one, and move the axles over the road, if CASE has axles.
+    """Solve all load cases, or only the named load case. If CASE has axles, move them over the road.
 
-    Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
-    option; 130: interrupted, and no page written.
+    Exit code 0: all load factors were found; 1: a load factor is missing, and the page says why; 2: wrong
+    case file or option; 130: interrupted, and no page was written.
     """
     page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
     refuse_report(page, **writes)
     errors = Console(stderr=True)
-    with waiting("report", if_interrupted="no page written") as work, interrupts() as check_interrupt:
+    with waiting("report", if_interrupted="no page was written") as work, interrupts() as check_interrupt:
 
         def begins(part: str) -> None:
             work.phase(part)
@@ -235,9 +235,9 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
         try:
             answers = _answers(as_scene(case, load_case), begins, work.show, given.rest(mo.solve))
-            check_interrupt()  # after Ctrl-C an answer may exist, but no page is written
+            check_interrupt()  # no page is written after Ctrl-C, even if the solver returned an answer
         except KeyboardInterrupt:
-            raise InterruptedByUserError("interrupted: no page written") from None
+            raise InterruptedByUserError("interrupted: no page was written") from None
         begins("page")
         with writing(page):
             mo.report(answers, page, **writes)
@@ -246,12 +246,12 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer is usable; a crossing is usable if any position has a load factor."""
+    """Return True if an answer is usable. A crossing is usable if a position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: load cases and the crossing of axles, or only one result."""
+    """Return the answers for a report: those for the load cases and the moving axles, or a single result."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):
@@ -276,14 +276,14 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
 
 @partial(reader, refusal="--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
 def _between(text: str) -> tuple[str, float, float]:
-    """Return name, lower end and upper end from text such as "arch.thickness=0.05:0.3"."""
+    """Parse the name of a parameter and its range from text such as "arch.thickness=0.05:0.3"."""
     name, _, ends = text.partition("=")
     lower, upper = map(float, ends.split(":"))
     return name.strip(), lower, upper
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:
-    """Return pairs of period (s) and acceleration (g) from a CSV file.
+    """Read a spectrum from a CSV file, as pairs of a period (s) and an acceleration (g).
 
     Raises OptionError if the file cannot be read, or is not a spectrum.
     """
@@ -294,8 +294,9 @@ def _spectrum(path: Path) -> list[tuple[float, float]]:
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise OptionError(f"{path}: is no text") from None
+        raise OptionError(f"{path} is not a text file") from None
     except (ValueError, csv.Error):
-        needs = "each line of a spectrum needs a period (s) and an acceleration (g), as in 0.15,0.45"
-        others = "begin other lines with #"
-        raise OptionError(f"{path}: line {lines.line_num}: {needs}; {others}") from None
+        raise OptionError(
+            f"{path}: line {lines.line_num}: each line of a spectrum needs a period (s) and an acceleration "
+            "(g), as in 0.15,0.45; begin comment lines with #"
+        ) from None

@@ -1,10 +1,10 @@
 """Colours of pictures, pages and charts: each thing has one colour in all of them.
 
-Colours of marks are those of Okabe & Ito (2008), which colour-blind readers can tell apart.
+Colours of marks are those of Okabe & Ito (2008), which colour-blind readers can distinguish.
 """
 
-# Colours of Okabe and Ito, which colour-blind readers can distinguish. Yellow is omitted, because it is too
-# pale for lines on white.
+# These colours of Okabe and Ito can be distinguished by colour-blind readers. Their yellow is omitted,
+# because it is too pale for lines on white.
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 BLUISH_GREEN = "#009E73"
@@ -22,8 +22,8 @@ SEPARATING_COLOUR = ORANGE  #: Joints that separate.
 CRUSHING_COLOUR = BLUISH_GREEN  #: Joints that crush.
 
 JOINT = BLUE  #: Joints of a scene before it is solved.
-GAP = VERMILION  #: Colour of small gaps between blocks, which are not joints.
-MARKED = REDDISH_PURPLE  #: Colour of details that the reader should check, such as corners without a joint.
+GAP = VERMILION  #: Colour of small gaps between blocks, across which no joint is made.
+MARKED = REDDISH_PURPLE  #: Colour of places to check, such as two corners that touch without a joint.
 
 BLOCK = "#F2E2C4"  #: Surfaces of movable blocks.
 SUPPORT_COLOUR = "#D9D9D9"  #: Surfaces of supports.
@@ -40,8 +40,8 @@ FILL = "#8C6B3F"  #: Colour of fill, of the road on it, and of its earth pressur
 STRUT = "#4D4D4D"  #: Ties and props.
 IDLE_COLOUR = "#A8A8A8"  #: Joints that carry no force.
 
-#: Colours of utilisation, one for each tenth from 0 to 1, from matplotlib's "viridis_r". These colours can be
-#: distinguished by colour-blind readers and in grey prints.
+#: Colours of utilisation, one for each tenth from 0 to 1. They are taken from matplotlib's colour map
+#: "viridis_r" and can be distinguished by colour-blind readers and in grey prints.
 UTILISATION = (
     *("#FDE725", "#B5DE2B", "#6ECE58", "#35B779", "#1F9E89"),
     *("#26828E", "#31688E", "#3E4989", "#482878", "#440154"),

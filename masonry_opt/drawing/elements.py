@@ -28,13 +28,13 @@ from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Status
 
-#: Kinds of pictures of a result: the quantity that is drawn on the joints.
+#: Kinds of pictures of a result. Each kind is named after the quantity that is drawn on the joints.
 PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 
-#: Displacement of the fastest corner of a magnified mechanism (its "full motion"), relative to the scene's
+#: Displacement of the fastest corner when a mechanism is drawn in "full motion", relative to the scene's
 #: size. A larger value magnifies mechanisms more.
 FULL = 0.1
-#: Share of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
+#: Fraction of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
 START = 0.6
 _MARGIN_AT_REST = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
 _PAD = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
@@ -51,11 +51,12 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of the scene's blocks, as defined in ``marks.moved``, shape (blocks, 3) or (blocks, 6).
+    #: Full motion of each block of the scene, for the function ``marks.moved``, shape (blocks, 3) or (blocks,
+    #: 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
-    #: Marks on joints, by layer: "scene" for an unsolved scene; for a result, the kinds in ``PICTURE_KINDS``
-    #: for which it has data.
+    #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each
+    #: kind in ``PICTURE_KINDS`` for which it has data.
     layers: dict[str, list[Marks]]
 
     @property
@@ -65,7 +66,7 @@ class Elements:
 
     @property
     def outline_width(self) -> float:
-        """Return the width of the blocks' outlines, in points; outlines of many blocks are thinner."""
+        """Return the width of the blocks' outlines in points, which is smaller if there are many blocks."""
         return float(np.clip(15 / np.sqrt(len(self.assembly.movable) or 1), 0.1, 0.8))
 
     @property
@@ -90,7 +91,8 @@ class Elements:
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
         """Return the lower left and upper right corners of the drawn area, shape (2, 2).
 
-        The area contains movable blocks and marks, at rest and after a share of the full motion.
+        The area contains movable blocks and marks, both at rest and after the fraction ``share`` of the full
+        motion.
         """
         movable, size = self.assembly.movable, size_of(self.assembly)
         shapes = self.assembly.geometry.polygons[movable]
@@ -107,7 +109,7 @@ class Elements:
 
 
 def title_of(scene: Scene) -> str:
-    """Return the scene's title, or else its file name, followed by the load case, in one line."""
+    """Return the title of a scene, or its file name if the title is empty, followed by the load case."""
     case = f": {scene.load_case.name}" if scene.load_case else ""
     return printable((" ".join(scene.title.split()) or Path(scene.origin).stem) + case)
 
@@ -150,15 +152,15 @@ def _still(assembly: Assembly) -> np.ndarray:
 
 
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Convert displacements d, shape (3b,), to motions of the scene's blocks, scaled for drawing.
+    """Convert displacements d, shape (3b,), to motions of all blocks of the scene, scaled for drawing.
 
-    The scale is chosen so that displacements ``full``, shape (3b,), become a full motion; see ``FULL``.
+    The scale is chosen so that the displacements ``full``, shape (3b,), become a full motion; see ``FULL``.
     """
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
     d = FULL * size_of(assembly) / fastest(assembly, full) * d
     rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
-    # Convert velocities of the blocks' centroids to velocities of the block points at the origin.
+    # Convert the velocity of each block's centroid to the velocity of the block's point at the origin.
     rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid
     motion[assembly.movable] = rates
     return motion
@@ -167,8 +169,8 @@ def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray
 def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
     """Yield marks of the joints that separate, slide, crush or hinge in the mechanism.
 
-    In the plane, marks move with the mean of the motions of both blocks. In space, the outline of a joint is
-    drawn twice, once with each block.
+    In the plane, a mark moves with the mean motion of the two blocks of its joint. In space, the outline of a
+    joint is drawn twice, and each outline moves with one of the two blocks.
     """
     joints, shrink = result.assembly.joints, shrink_of(result.assembly)
     moves = joint_motion(result.assembly, result.solution)
@@ -189,7 +191,7 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
         drawn = has_motion[joint]
         lines = Marks(name, label, "line", colour, line_width, ends[drawn], with_joint[drawn], dashes)
         yield from joint_marks(lines)
-    # Crosses and dots distinguish the kinds of motion in grey prints, where colours look alike.
+    # Draw crosses and dots too, because colours cannot be distinguished in grey prints.
     if moves.crushes.any():
         middle = ends[moves.crushes].mean(axis=1, keepdims=True)
         motions = midway[moves.crushes]
@@ -212,7 +214,7 @@ def _movement(result: Outcome) -> str:
 
 
 def heading(result: Outcome) -> str:
-    """Return a line with the load at collapse, or with the status if there is no load factor."""
+    """Return a line with the load factor at collapse, or with the status if there is no load factor."""
     if result.load_factor is None:
         if result.status is Status.STABLE or not result.assembly.problem.live_norm:
             return answer_line(result)
@@ -241,7 +243,7 @@ def _joints(assembly: Assembly) -> Iterable[Marks]:
 
 
 def counts(assembly: Assembly) -> str:
-    """Return as text the numbers of blocks, supports, joints, small gaps, and edges in contact with fill."""
+    """Return a text with the numbers of blocks, supports, joints, small gaps, and edges that fill touches."""
     movable, joints = len(assembly.movable), assembly.joints
     numbers = {"block": movable, "support": len(assembly.scene.blocks) - movable}
     numbers |= {"joint": len(joints.first), "small gap": len(joints.gaps)}

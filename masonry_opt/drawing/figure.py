@@ -40,19 +40,19 @@ _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes,
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
-#: Largest number of characters in a row of a legend, with ``_SAMPLE_WIDTH`` characters for each sample.
-#: Labels that are longer than a row are divided into lines.
+#: Largest number of characters in a row of a legend, in which each sample counts as ``_SAMPLE_WIDTH``
+#: characters. A label that is longer than a row is divided into several lines.
 _ROW_LENGTH = 84
-_SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space beside it, in characters.
+_SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
-_MAX_LETTERS = 8.0  #: Largest size of the letters of block names, in points.
+_MAX_LETTERS = 8.0  #: Largest font size of block names, in points.
 _LETTER_WIDTH = 0.62  #: Assumed mean width of a letter, relative to the font size.
 
 #: Matplotlib markers for the shapes of marks that are drawn at one point.
 _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
 
-#: Style of arrows, without colour and width. Lengths of arrows are in units of the axes; sizes of their heads
-#: are relative to the line width.
+#: Style of arrows, except colour and width. The length of an arrow is in units of the axes, and the size of
+#: its head is relative to its line width.
 _ARROW_STYLE: dict[str, Any] = {
     "angles": "xy",
     "scale_units": "xy",
@@ -62,7 +62,7 @@ _ARROW_STYLE: dict[str, Any] = {
 }
 _ARROW_STYLE |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength": 4.5}
 
-#: Style of blocks, without the width of their outlines.
+#: Style of blocks, except the width of their outlines.
 BLOCK_LOOK: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
 #: Style of supports.
 SUPPORT_LOOK: dict[str, Any] = {
@@ -72,17 +72,18 @@ SUPPORT_LOOK: dict[str, Any] = {
     "linewidth": 0,
 }
 
-Handle = Line2D | Patch  #: Sample and label of a drawn element in a legend.
+Handle = Line2D | Patch  #: Entry of a legend: a sample of a drawn element, and its label.
 
 _CURVE_ASPECT = 0.6  #: Height of the axes of a load–displacement curve, relative to their width.
-_BELOW_ZERO = 0.2  #: Range of the λ axis below zero, relative to the highest λ that is drawn.
-_ABOVE_HIGHEST = 0.06  #: Range of the λ axis above the highest λ that is drawn, relative to that λ.
-#: Largest ratio of a load factor to the curve's highest load factor at which the load factor is drawn as a
-#: line. Higher load factors are only named in the legend.
+_BELOW_ZERO = 0.2  #: Length of the λ axis below zero, relative to the highest λ that is drawn.
+_ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is drawn, relative to the highest λ.
+#: A load factor is drawn as a horizontal line if its ratio to the highest λ of the curve is at most this
+#: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Style of the marks of joints that start to move, by column of the curve: verb, colour, marker, marker size
-#: in points, and height of the numbers of joints above the lower axis, relative to the height of the axes.
+#: Style of the marks that show when joints start to slide or to open, by column of the curve. The entries are
+#: the verb, the colour, the marker, the marker size in points, and the height at which the number of joints
+#: is written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
@@ -90,10 +91,10 @@ _MOTION_START_STYLES = {
 
 
 class Picture(Figure):
-    """Matplotlib figure that a notebook shows without pyplot."""
+    """Matplotlib figure that a notebook can show, and that is not registered with pyplot."""
 
     def savefig(self, fname: Any, **given: Any) -> None:
-        """Write the figure to a file, by default with everything that is outside its axes."""
+        """Write the figure to a file; by default the picture includes all elements outside the axes."""
         with boxes():
             super().savefig(fname, **{"bbox_inches": "tight"} | given)
 
@@ -109,7 +110,7 @@ class Picture(Figure):
         return image_source(self.image(kind), kind)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the figure to ``path`` (.png, .svg or .pdf); an error leaves no partial file.
+        """Write the figure to ``path`` (.png, .svg or .pdf). No partial file is written if an error occurs.
 
         Raises the exceptions of :meth:`Result.save`.
         """
@@ -123,29 +124,28 @@ class Picture(Figure):
 
 def style() -> Any:
     """Return a context manager that sets matplotlib's options for drawing and writing pictures."""
-    # With a fixed salt, the identifiers inside SVG files are the same in every run.
+    # The fixed salt makes the identifiers inside SVG files equal in every run.
     return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
 
 
 @contextmanager
 def boxes() -> Iterator[None]:
-    """Suppress matplotlib's warnings about letters that its font lacks; boxes are drawn for these letters."""
+    """Suppress matplotlib's warnings about letters that are missing in its font and are drawn as boxes."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph .* missing from|Matplotlib currently does not support")
         yield
 
 
 def entitle(axes: Axes, title: str, heading: str) -> None:
-    """Write a title and a second line above the axes; dollar signs do not start formulas."""
+    """Write a title and a second line above the axes. Dollar signs are printed and do not start a formula."""
     axes.set_title(f"{textwrap.fill(title, 60)}\n{heading}", parse_math=False)
 
 
 def fit(figure: Figure, axes: Axes, below: float = _AXIS_LABELS) -> None:
     """Set the size of the figure so that the axes have the aspect ratio of their contents.
 
-    A box aspect that is set takes precedence over the limits of the axes.
-
-    ``below`` is the space below the axes, in inches.
+    If a box aspect is set, it is used instead of the ratio of the axis limits. ``below`` is the space below
+    the axes, in inches.
     """
     proportion = 1.0 if axes.name == "polar" else np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())
     slope = axes.get_box_aspect() or proportion
@@ -190,8 +190,8 @@ def finish(
 def _legend_columns(labels: list[str]) -> int:
     """Return the largest number of columns, at most four, with which a legend fits into the picture.
 
-    Matplotlib fills the columns of a legend one after the other, the first columns with one entry more. More
-    than four entries have at most three columns.
+    Matplotlib fills the columns of a legend one after the other, and the first columns may have one entry
+    more. A legend with more than four entries has at most three columns.
     """
     for columns in (4, 3, 2) if len(labels) <= 4 else (3, 2):
         parts = np.array_split(labels, columns)
@@ -208,7 +208,7 @@ def handles(marks: list[Marks]) -> list[Handle]:
 
 
 def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
-    """Draw marks at the points ``at``, shape (marks, 1 or 2, 2), in the case's coordinates."""
+    """Draw marks at the points ``at``, in the coordinates of the case, shape (marks, 1 or 2, 2)."""
     look: dict[str, Any] = {"color": marks.colour}
     match marks.shape:
         case "line":
@@ -239,7 +239,7 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
 
     ``letters`` is the font size in points. ``rim`` is the width of a white rim, relative to the font size.
     """
-    # Exclude names from matplotlib's layout, which is slow for thousands of texts.
+    # Exclude names from matplotlib's layout, because the layout of thousands of texts is slow.
     look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
     written = axes.annotate(printable(name), (at[0], at[1]), **look)
     if rim:
@@ -270,7 +270,7 @@ def _handle(label: str, alike: list[Marks]) -> Line2D:
 
 
 def refuse_kind(kind: object, names: bool = False) -> None:
-    """Raise OptionError if ``kind`` is unknown, or if ``names`` is set for a picture without blocks."""
+    """Raise OptionError if a kind of picture is unknown, or if a picture without blocks should show names."""
     known = (*PICTURE_KINDS, CURVE)
     if kind not in known:
         raise OptionError(f"kind of picture '{kind}' is unknown{instead_of(kind, known)}")
@@ -279,7 +279,10 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
-    """Raise OptionError if no picture can be written to ``path``; call this function before an analysis."""
+    """Raise OptionError if no picture can be written to ``path``.
+
+    Call this function before a long analysis.
+    """
     refuse_file(path, force, PICTURE_FORMATS)
 
 
@@ -291,13 +294,15 @@ def refuse_file(
     Call this function before a long analysis.
     """
     if _ending(path) not in endings:
-        subject = "the name of a picture or page" if "html" in endings else "a picture's name"
-        raise OptionError(f"{path}: {subject} ends in {', '.join(f'.{each}' for each in endings)}")
+        kinds = "a picture or page" if "html" in endings else "a picture"
+        raise OptionError(
+            f"{path}: the file name of {kinds} must end in {', '.join(f'.{each}' for each in endings)}"
+        )
     refuse_unwritable(Path(path), force)
 
 
 def save_as(path: str | Path, force: bool, page: Callable[[], str], picture: Callable[[], Picture]) -> None:
-    """Write a page or a picture, depending on the ending of ``path``; an error leaves no partial file."""
+    """Write a page or a picture, as the ending of ``path`` says. No partial file remains after an error."""
     refuse_file(path, force)
     if is_page(path):
         write_whole(path, page())
@@ -355,9 +360,9 @@ def curve_picture(result: Outcome) -> Picture:
 def _draw_curve(
     axes: Axes, displacement: np.ndarray, load_factor: np.ndarray, jump: np.ndarray
 ) -> list[Handle]:
-    """Draw the load–displacement curve; lines are dashed where blocks jump to another equilibrium.
+    """Draw the load–displacement curve. A dashed line shows a jump of the blocks to another equilibrium.
 
-    Returns the legend entry of jumps, or an empty list if the curve has no jumps.
+    Returns the legend entry of jumps in a list, which is empty if the curve has no jumps.
     """
     axes.plot(displacement, load_factor, color=BLACK, linestyle="none", marker=".", zorder=3)
     look: dict[bool, dict[str, Any]] = {
@@ -395,11 +400,10 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 
 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
-    """Mark the first state in which joints start to move; write how many joints start in each state.
+    """Mark the first state of the curve in which joints start to slide or to open; return the legend entry.
 
-    For each state of the curve, the number of joints that start to move is written above the lower axis.
-
-    Returns the legend sample. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.
+    For each state, the number of joints that start is written above the lower axis. ``column`` is the column
+    of the curve, a key of ``_MOTION_START_STYLES``.
     """
     verb, colour, marker, size, height = _MOTION_START_STYLES[column]
     assert result.curve is not None

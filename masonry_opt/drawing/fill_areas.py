@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from masonry_opt.drawing.colours import FILL
 from masonry_opt.problem.assembly import Assembly
 
-_FILL_OPACITY = 0.22  #: Opacity of fill. Backing has the opacity of two layers of fill.
+_FILL_OPACITY = 0.22  #: Opacity of fill. Backing is drawn over fill and has the opacity of two layers.
 
 
 def draw_fill(axes: Axes, assembly: Assembly) -> list[Patch]:
@@ -34,7 +34,7 @@ def _areas(assembly: Assembly) -> tuple[list[np.ndarray], list[np.ndarray]]:
     fills, backings = list[np.ndarray](), list[np.ndarray]()
     for piece in assembly.filled_pieces:
         foot = piece.ends + assembly.geometry.origin
-        if not np.ptp(foot[:, 0]):  # an upright face has no area above it
+        if not np.ptp(foot[:, 0]):  # there is no area above a vertical face
             continue
         fills.append(_above(foot, foot[:, 1] + piece.depth))
         if piece.zone:
@@ -44,5 +44,5 @@ def _areas(assembly: Assembly) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _above(foot: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the corners of the area above a line, shape (4, 2), up to the heights ``top`` of its ends."""
+    """Return the corners of the area above a line, shape (4, 2), up to the height ``top`` at each end."""
     return np.array([*foot, (foot[1, 0], top[1]), (foot[0, 0], top[0])])

@@ -14,33 +14,34 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest numbers of arrows of parallel forces, by dimension: for weights, and for each other kind of load.
-#: If there are more forces, a single arrow shows their direction. In space the numbers are smaller, because
-#: arrows overlap.
+#: Largest number of arrows for parallel forces, by dimension. The first number is for weights, the second for
+#: each other kind of load. If there are more forces, a single arrow shows their direction. The numbers are
+#: smaller in space, because arrows overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
-#: Largest number of forces of one kind of load whose arrows are not limited by the size of blocks.
+#: If a load has more forces than this number, the size of the blocks limits the length of its arrows.
 _LONE = 8
-#: Largest length of the arrows of many forces, relative to the median size of a block.
+#: Largest length of an arrow if a load has many forces, relative to the median size of a block.
 _LARGEST_ARROW_LENGTH = 0.6
-_ALONG = 8  #: Number of intervals between arrows along the line of an edge load.
+_ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
-#: Height, above the highest block, of a single arrow for many forces in space, relative to the size of the
-#: scene. The value is large enough for blocks that move upwards.
+#: Height above the highest block at which a single arrow for many forces is drawn in space, relative to the
+#: size of the scene. The value is large enough for blocks that move upwards.
 _SINGLE_ARROW_HEIGHT = 0.16
-#: In the plane, distance from the blocks of a single arrow that stands for many forces, relative to the size
-#: of the scene.
+#: Distance between the blocks and a single arrow that represents many forces in the plane, relative to the
+#: size of the scene.
 _SINGLE_ARROW_DISTANCE = 0.04
-#: Length of a single arrow for many forces, relative to the size of the scene; twice as long in space.
+#: Length of a single arrow that represents many forces in the plane, relative to the size of the scene. In
+#: space the arrow is twice as long.
 _SINGLE_ARROW_LENGTH = 0.07
 
-#: Colour, line width in points, legend entry, and legend entry of a single arrow for all forces, by kind of
-#: load.
+#: Style of each kind of load: colour, line width in points, legend entry, and the legend entry of a single
+#: arrow that represents all forces.
 _LOAD_STYLES = {
     "weight": (colours.DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (colours.FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
-    # The live load is drawn last and thinner, because it may cover an opposite dead load.
+    # The live load is drawn last and with thinner lines, because it may cover an opposite dead load.
     "live": (colours.LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
@@ -50,15 +51,15 @@ _PRESSURE = 0.1  #: Length of the arrow of the largest pressure of fill, relativ
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Yield marks of fill and of loads; each kind of load has its own scale of arrows.
+    """Yield marks of fill and of loads. Each kind of load has its own scale of arrows.
 
-    ``motion`` is the full motion of blocks, as defined in :func:`~.marks.moved`. ``live`` is False if live
-    loads are not drawn.
+    ``motion`` is the full motion of blocks, see :func:`~.marks.moved`. If ``live`` is False, live loads are
+    omitted.
     """
     yield from fill_marks(assembly, motion)
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = assembly.block_loads
-    rows = 0  # number of drawn arrows that each stand for many forces
+    rows = 0  # number of arrows drawn so far that each represent many forces
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -76,7 +77,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # Draw a single arrow for many forces with a thick line, and more than 100 arrows with thin lines.
+            # A single arrow that represents many forces has a thick line. More than 100 arrows have thin
+            # lines.
             if is_single:
                 label, width = label_of_all, 2.2
             elif len(points) > 100:
@@ -85,17 +87,17 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
-    """Return True if there are more than ``most`` forces and all of them have one direction."""
+    """Return True if there are more than ``most`` forces and all forces have the same direction."""
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
     return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
 def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
-    """Return a single arrow in the direction of all forces of one kind of load, shape (1, 2, dim).
+    """Return a single arrow that represents all forces of one kind of load, shape (1, 2, dim).
 
-    In the plane the arrow is in the upper corner of the picture from which the live load pushes away, where
-    it covers no moving block. ``row`` is the number of such arrows before it. In space it is above the
-    blocks.
+    In the plane the arrow is in an upper corner of the picture: in the corner from which the live load pushes
+    the blocks away, because no moving block covers it. ``row`` is the number of similar arrows drawn before.
+    In space the arrow is above the blocks.
     """
     total, size = forces.force.sum(axis=0), size_of(assembly)
     low, high = assembly.geometry.boxes
@@ -104,7 +106,7 @@ def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
     tail = high.copy()
     if dimension == 3:
         tail[-1] += _SINGLE_ARROW_HEIGHT * size
-        # The arrow is longer than in the plane, because it may point towards the viewer.
+        # The arrow is twice as long as in the plane, because it may point towards the viewer and look short.
         return np.array([[tail, tail + 2 * _SINGLE_ARROW_LENGTH * size * direction]])
     length, out = _SINGLE_ARROW_LENGTH * size * direction, _SINGLE_ARROW_DISTANCE * size
     push = assembly.problem.forces(assembly.problem.live).sum(axis=0)
@@ -118,9 +120,10 @@ def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
 
 
 def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the arrows of forces, and the translations with which the arrows follow the blocks.
+    """Return the arrows of forces, and the translations by which the arrows move with the blocks.
 
-    Arrows start at the point of action, or end there if the force pushes on the block from outside.
+    An arrow starts at the point of action. If the force pushes on the block from outside, the arrow ends
+    there.
     """
     point, blocks = forces.point, assembly.movable[forces.block]
     sizes, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
@@ -138,7 +141,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
 
 
 def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the marks of edge loads: arrows, a line along their outer ends, and the arrows' blocks."""
+    """Return the arrows of edge loads, the lines along their outer ends, and the block of each arrow."""
     longest = 0.8 * _LONGEST * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     arrows, lines, owners = [], [], []
@@ -161,7 +164,7 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
 
 
 def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of fill: vertical lines, backing, roads, and the edges in contact with fill.
+    """Yield marks of fill: vertical lines, backing, roads, and the edges that fill touches.
 
     Vertical lines and edges move with the blocks below, whose motions have shape (blocks, 3). Roads and
     backing do not move.
@@ -198,7 +201,7 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def pressure_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield arrows of earth pressure on each face in contact with fill; the arrows end at the face."""
+    """Yield an arrow of earth pressure for each face that fill touches. The arrow ends at the face."""
     assembly, force = result.assembly, result.pressures["force"].to_numpy()
     if not len(force):
         return
@@ -213,7 +216,8 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
 
 
 _STRUT_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}  #: Width of the lines of ties and props, in points.
-#: Lengths of the dashes and gaps of ties and props that yield, relative to the width of their lines.
+#: Lengths of the dashes and of the gaps between them, for ties and props that yield, relative to the line
+#: width.
 _YIELD_DASHES = (1.2, 0.8)
 
 
@@ -231,8 +235,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     moved_ends = moved(ends, of_ends)
     along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Draw each line in two halves: each half moves with its end and rotates with the line. If the line
-    # lengthens, a gap opens in the middle.
+    # Draw each tie or prop as two halves. Each half moves with its end and rotates with the whole line. A gap
+    # opens in the middle if the line becomes longer.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
     goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
@@ -246,21 +250,21 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of consecutive blocks, with two joints each, through which a line of thrust is drawn.
+#: Smallest number of consecutive blocks through which a line of thrust is drawn. Each block has two joints.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
-#: Length of the longest resultant in space, relative to the size of the scene. It is larger than in the plane
-#: because one joint may carry most of the force.
+#: Length of the longest resultant in space, relative to the size of the scene. The value is larger than in
+#: the plane, because in space a single joint often carries most of the force.
 _RESULTANT_IN_SPACE = 0.3
 _SCALE = 0.08  #: Height of the force scale above the blocks, relative to the size of the scene.
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Return the resultant force in each joint, on the first block, and its point of action.
+    """Return the resultant force of each joint on its first block, and the point of action.
 
     Both arrays are in the case's units and have shape (c, 2), in space (c, 3). In the plane, a resultant acts
-    at the distance m / n from the middle of its joint. All entries are NaN without forces; points are also
-    NaN if nothing presses.
+    at the distance m / n from the middle of its joint. Forces that are unknown are NaN. The point of action
+    is also NaN if the joint is not in compression.
     """
     joints, frame = result.assembly.joints, result.joints
     if result.contacts is not None:
@@ -276,8 +280,8 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     """Return the pairs of joints that a line of thrust connects, shape (pairs, 2).
 
-    Each pair belongs to a movable block with exactly two joints, both in compression. The block must be in a
-    row of at least ``_CHAIN`` such blocks. ``acts``, shape (c,), is True for joints in compression.
+    Each pair belongs to a movable block with exactly two joints, both in compression. At least ``_CHAIN``
+    such blocks must form a row. ``acts``, shape (c,), is True for joints in compression.
     """
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
@@ -293,9 +297,9 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield marks of the resultant forces, centred at their points of action, and of their scale.
+    """Yield marks of the resultant forces of joints, centred at their points of action, and a scale bar.
 
-    In the plane, lines of thrust are drawn too. Along such a line, only resultants on supports are shown. In
+    In the plane, lines of thrust are drawn too, and along them only resultants on supports are shown. In
     space, forces at contact points are drawn too, with thinner lines.
     """
     assembly, (force, point) = result.assembly, thrust(result)
@@ -332,7 +336,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
 
 
 def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Yield marks for the segments and the points of lines of thrust.
+    """Yield marks for the segments ``lines`` and the points of lines of thrust.
 
     Segments have shape (pairs, 2, 2), points have shape (points, 1, 2).
     """
@@ -341,7 +345,7 @@ def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Ite
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar that shows the length of a round force not above ``largest``.
+    """Return a scale bar with the drawn length of a force, which is a round number up to ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """
@@ -353,19 +357,19 @@ def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
 
 
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
-    """Return lines centred at the points ``at``, and their width; more lines are drawn thinner."""
+    """Return lines centred at the points ``at``, and their width, which is smaller for many lines."""
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
 
 
 def round_below(most: float) -> float:
-    """Return the largest number not above ``most`` that is 1, 2 or 5 times a power of ten."""
+    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(most))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield the lines of joints (in space: of joint outlines), coloured by utilisation.
+    """Yield the lines of joints, in space their outlines, coloured by utilisation.
 
     Lines with larger utilisation are drawn later, on top. Lines of joints without force are thin.
     """
@@ -374,7 +378,7 @@ def utilisation_marks(result: Outcome) -> Iterable[Marks]:
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((colours.IDLE_COLOUR, *colours.UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
-        # Lines are also wider at larger utilisation, to distinguish them in grey prints.
+        # Lines are wider at larger utilisation, so that a grey print shows the utilisation too.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
         lines = Marks(name, label, "line", colour, width * shrink_of(result.assembly), ends[step == number])
         yield from joint_marks(lines)

@@ -8,19 +8,19 @@ from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.motion import joint_motion, joints_that_move
 from masonry_opt.solution.outcome import Outcome
 
-#: Number of keyframes from rest to the incremental load factor. A larger value makes larger pages; a smaller
+#: Number of keyframes from rest to the incremental load factor. A larger value makes larger pages. A smaller
 #: value omits more steps of a long load history.
 KEYFRAMES = 45
 #: Number of keyframes of the collapse, which follow the load history. A larger value makes larger pages.
 COLLAPSE_FRAMES = 15
-#: Largest displacement in the last keyframe, relative to the largest displacement at the incremental load
+#: Ratio of the largest displacement in the last keyframe to the largest displacement at the incremental load
 #: factor. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Keyframes:
-    """States of the blocks and joints at k instants from rest to collapse, for an animation."""
+    """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
     #: Displacement of the live load, shape (k,); the unit is the closing of a joint with the mean force under
@@ -33,7 +33,7 @@ class Keyframes:
 
 
 def keyframes_of(result: Outcome) -> Keyframes | None:
-    """Return the keyframes of a result's load history; None if the history has no incremental load factor."""
+    """Return the keyframes of the load history of a result; None if it has no incremental load factor."""
     state = result.at_incremental
     if state is None or state.load_factor is None or state.solution.load_history is None:
         return None
@@ -63,7 +63,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements that continue from the last keyframe along the mechanism, shape (frames, 3b)."""
+    """Return displacements that continue the last keyframe by a mechanism ``motion``, shape (frames, 3b)."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]
@@ -72,9 +72,9 @@ def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def _evenly_along(displacement: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
-    """Return k points, evenly spaced along the load–displacement curve, as fractional load step numbers.
+    """Return k points evenly spaced along the load–displacement curve, as fractional numbers of load steps.
 
-    Each load step replaces the point nearest to it, so that the number of this point is whole.
+    The point nearest to each load step is moved to the load step, so that its number is whole.
     """
     steps = np.hypot(
         np.diff(displacement) / (np.ptp(displacement) or 1.0),

@@ -12,7 +12,7 @@ from masonry_opt.problem.assembly import Assembly
 #: Smallest number of joints at which marks on joints are drawn smaller, so that they do not overlap.
 MANY = 1000
 
-#: Names of marks inside blocks. In space these marks are drawn as if blocks were transparent.
+#: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.
 _INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
 
@@ -20,22 +20,22 @@ _INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings"
 class Marks:
     """Marks of one kind, such as arrows of live loads, with their points, style and motion.
 
-    Points are relative to the geometry's origin, in the case's unit of length. Shapes are those of the
-    plane. In space, points have three coordinates and motions have six components.
+    Points are relative to the geometry's origin, in the case's unit of length. The shapes of arrays below are
+    for the plane. In space, points have three coordinates and motions have six components.
     """
 
     name: str  #: kind of mark, such as "slides" or "live"
     label: str  #: entry of the marks in the legend; "" for no entry
-    #: Graphical form of each mark. A bar shows the scale of forces. A dot has a white rim, a point has no
+    #: Graphical form of the marks. A bar shows the scale of forces. A dot has a white rim, and a point has no
     #: rim.
     shape: Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
     colour: str  #: colour of the marks, in the form #RRGGBB
     width: float  #: width of lines, or diameter of dots, points, squares and crosses, in points (1/72 inch)
-    #: Both ends of lines and bars, or tail and tip of arrows, shape (marks, 2, dim). For the other forms:
+    #: Both ends of lines and bars, or tail and tip of arrows, shape (marks, 2, dim). For all other forms, the
     #: middle of each mark, shape (marks, 1, dim).
     points: np.ndarray
-    #: Motion of each mark in the magnified mechanism, for :func:`moved`, shape (marks, 3), in space (marks,
-    #: 6). None if no mark moves.
+    #: Motion of each mark in the magnified mechanism, for the function :func:`moved`, shape (marks, 3), in
+    #: space (marks, 6). None if no mark moves.
     motion: np.ndarray | None = None
     dashes: tuple[float, ...] = ()  #: lengths of dashes and gaps, relative to the width; () for solid lines
     text: str = ""  #: text next to a bar or at a point
@@ -46,7 +46,7 @@ class Marks:
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:
-        """Return the points after a share of the magnified motion, with the shape of ``points``."""
+        """Return the points after a fraction of the magnified motion, in an array of the same shape."""
         return self.points if self.motion is None else moved(self.points, share * self.motion[:, None])
 
 
@@ -57,13 +57,13 @@ def size_of(assembly: Assembly) -> float:
 
 
 def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
+    """Return the lowest and highest coordinates of the movable blocks at rest, each of shape (2,) or (3,)."""
     low, high = assembly.geometry.boxes
     return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
 
 
 def shrink_of(assembly: Assembly) -> float:
-    """Return a factor for the widths of marks on joints; it is below 1 if the scene has many joints."""
+    """Return a factor for the widths of marks on joints, which is below 1 in scenes with many joints."""
     return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 
@@ -85,7 +85,8 @@ def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
     """Yield lines for joints with a length, and squares for joints at a single point.
 
     ``lines`` run along joints, in space along the sides of their outlines. ``in_point`` is the legend entry
-    of the squares. By default squares have no entry, or that of the lines if there are only squares.
+    of the squares. By default squares have no legend entry. If all joints are points, squares have the entry
+    of the lines.
     """
     is_point = (lines.points[:, 0] == lines.points[:, 1]).all(axis=1)
     line_motion, square_motion = (

@@ -40,23 +40,25 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
-#: Integer that represents a rotation of one radian in the data of a page. A smaller value makes animated
-#: rotations less smooth.
+#: Number by which rotations in radians are multiplied before they are rounded to integers in the data of a
+#: page. With a smaller value, animated rotations are less smooth.
 _TURN = 100_000
 
 #: Size of the scene in the integer units of a figure in space. Coordinates are rounded to whole units; a
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half width of a mark that is seen through blocks and has a nominal width of one point, relative to the size
-#: of the scene.
+#: Half the drawn width of a mark with a nominal width of one point that is visible through blocks, relative
+#: to the size of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Half width of any other mark with a nominal width of one point, relative to the size of the scene.
+#: Half the drawn width of a mark with a nominal width of one point that blocks can hide, relative to the size
+#: of the scene.
 _RADIUS = 1 / 500
-#: Upper limit of the half width ``_RADIUS``, relative to the side length of a joint of median area.
+#: Upper limit of the half width ``_RADIUS``, relative to the side of a square with the median area of the
+#: joints.
 _OF_JOINT = 1 / 80
 
-#: End of the script three.js in the pages that trimesh writes.
+#: Last characters of the script three.js in the pages that trimesh writes.
 _END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
@@ -75,8 +77,10 @@ def refuse_saving(
     refuse_kind(kind, names)
     refuse_view(scene, view)
     if is_page(path) and names:
-        remedy = "omit 'names'; point at a joint to see its blocks"
-        raise OptionError(f"{path}: a page shows no names of blocks: {remedy}")
+        raise OptionError(
+            f"{path}: a page does not show the names of all blocks: omit 'names', and point at a joint to "
+            "see the names of its blocks"
+        )
     refuse_file(path, force)
     if is_page(path) and scene.dimension == 3:
         three()
@@ -122,8 +126,8 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     return fill_template("page.html")
 
 
-#: Figure of a page: "plane" or "space", which is part of its file names; the values for its templates; and
-#: the data for its script.
+#: Figure of a page, as a tuple: the word "plane" or "space", which selects the templates, the values for the
+#: templates, and the data for the script.
 _PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
@@ -148,7 +152,7 @@ def _space(
 ) -> _PageFigure:
     """Return the figure of a scene in space, which the reader of the page can rotate.
 
-    The figure includes a still picture, for print and for browsers that cannot draw solids.
+    The figure includes a fixed picture for print, and for browsers that cannot draw solids.
     """
     view = view or best_view(elements.assembly)
     rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
@@ -175,7 +179,7 @@ def caption(elements: Elements) -> str:
 
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
-    """Return HTML buttons that select the quantity drawn on joints; quantities without data are disabled."""
+    """Return HTML buttons that select the quantity drawn on joints. Buttons without data are disabled."""
     states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *PICTURE_KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
@@ -214,12 +218,12 @@ def _foot(result: Outcome) -> str:
 
 
 def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
-    """Return the blocks of each joint and the rounded columns ``names`` of the table of joints."""
+    """Return the blocks of each joint, and the columns ``names`` of the table of joints, rounded."""
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
-        # Values that are tiny relative to the largest force or the fastest motion are rounding errors and
-        # become zero.
+        # Values that are tiny relative to the largest force or the fastest motion are rounding errors, and
+        # are set to zero.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         scales = {"s": force, "torsion": force * length}
@@ -229,7 +233,7 @@ def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
 
 
 def _json(data: dict[str, Any]) -> str:
-    """Return data as JSON in which characters with a meaning in HTML are escaped."""
+    """Return data as JSON, with the characters escaped that have a meaning in HTML."""
     encoded = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return encoded.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -237,7 +241,7 @@ def _json(data: dict[str, Any]) -> str:
 def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
     """Return numbers rounded to five significant digits; NaN becomes None.
 
-    Numbers become 0 if they are negligible relative to the largest number and to ``scale``.
+    Numbers become 0 if they are negligible relative to the larger of ``scale`` and the largest number.
     """
     negligible = IDLE * np.nan_to_num(np.abs([*values, scale])).max()
     rounded = (0 if abs(value) <= negligible else float(f"{value:.5g}") for value in values)
@@ -254,7 +258,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return the style of joints that have slid and of open joints, as marks without points."""
+    """Return the styles of joints that have slid, and of open joints, as marks without points."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -262,10 +266,10 @@ def history_marks(result: Outcome) -> list[Marks]:
 
 
 def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dict[str, Any]:
-    """Return the data with which a page shows the load history, one entry for each keyframe.
+    """Return the data of the load history of a page, with one entry for each keyframe.
 
-    ``motions`` are in the figure's units. The event of a keyframe is a sentence about the joints that were
-    the last to start sliding or opening.
+    ``motions`` are in the figure's units. The event of a keyframe is a sentence about the joints that most
+    recently began to slide or to open.
     """
     assembly = result.assembly
     moves = np.stack([frames.has_slid, frames.is_open], axis=1)
@@ -279,7 +283,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
         [float(f"{value:.4g}") for value in values] for values in (frames.displacement, frames.load_factor)
     )
     joints = [[np.flatnonzero(row).tolist() for row in table] for table in (frames.has_slid, frames.is_open)]
-    # Round lengths and scaled rotations to integers, which keeps pages of large scenes small.
+    # Round lengths and scaled rotations to integers, to limit the size of pages of large scenes.
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
     marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
@@ -302,7 +306,7 @@ def notebook_html(result: Outcome) -> str:
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS_DRAWN:
-        # The title and the legend are part of the picture.
+        # The picture already contains the title and the legend.
         source = elements_picture(elements).source()
         lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
     lines.append(caption(elements))
@@ -325,8 +329,10 @@ def three() -> str:
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
     script, end, _ = whole.partition("<script>")[2].partition(_END)
     if not end or "</script" in script:
-        why = "contains an unknown version of three.js: install the version of trimesh in constraints.txt"
-        raise OptionError(f"trimesh {trimesh.__version__} {why}")
+        raise OptionError(
+            f"trimesh {trimesh.__version__} contains an unknown version of three.js: install the version of "
+            "trimesh that constraints.txt lists"
+        )
     return f"{script}{end}"
 
 
@@ -339,8 +345,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Index of each distinct motion of marks. Motion 0 is initially zero; the page's script replaces motion 0
-    # with the motion of the selected joint.
+    # Table with an index for each distinct motion of marks. Motion 0 is zero at first, and the script of the
+    # page replaces it with the motion of the selected joint.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:

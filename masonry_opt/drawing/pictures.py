@@ -29,10 +29,11 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.sense import warnings_of
 
 _SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
-#: Smallest font size of block names in scenes with many blocks, in points. Such names are legible in an
-#: enlarged picture only.
+#: Smallest font size of block names in scenes with many blocks, in points. Names of this size are legible
+#: only if the picture is enlarged.
 _TINY_NAME = 1.0
-#: Largest number of blocks in a scene whose names have at least size ``_SMALLEST_NAME_SIZE`` and a white rim.
+#: Largest number of blocks for which names have at least the font size ``_SMALLEST_NAME_SIZE``, and a white
+#: rim.
 _MANY = 200
 
 
@@ -44,10 +45,11 @@ def draw(
     force: bool = False,
     view: ViewAngles | None = None,
 ) -> Picture:
-    """Draw a scene before it is solved, as a matplotlib figure that needs no pyplot.
+    """Draw a scene before it is solved, and return the picture as a matplotlib figure.
 
-    The picture shows blocks, supports, loads and joints. It marks small gaps and corners that touch, which
-    are no joints. Notes below it list what looks unintended. The scene is not solved and may be unstable.
+    The picture shows blocks, supports, loads and joints. It marks small gaps and touching corners, at which
+    there is no joint. Notes below the picture list probable mistakes in the scene. The scene is not solved
+    and may be unstable. The function does not use pyplot.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | No
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
-    """Yield a scene's errors and warnings as sentences, such as blocks that touch no other block."""
+    """Yield sentences about probable mistakes in a scene, such as blocks that touch no other block."""
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second
@@ -97,7 +99,7 @@ def doubts(assembly: Assembly) -> Iterator[str]:
 def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
-    """Draw a picture of a result; its parameters and exceptions are those of :meth:`Result.plot`."""
+    """Draw a picture of a result. Parameters and exceptions are described at :meth:`Result.plot`."""
     figure.refuse_kind(kind, names)
     refuse_view(result.assembly.scene, view)
     if kind == figure.CURVE:
@@ -135,7 +137,7 @@ def elements_picture(
             solids.draw(names)
             notes = (solids.note, *notes)
         else:
-            # Set the size of the axes first, because the font size of names depends on the size.
+            # Set the size of the axes before names are drawn, because the font size of names depends on it.
             _frame(axes, elements, marks, share)
             figure.fit(made, axes)
             _draw(axes, elements, marks, share)
@@ -154,20 +156,20 @@ def elements_picture(
 
 
 def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Set the limits of the axes to the drawn area, with equal scales."""
+    """Set the limits of the axes to the drawn area, with equal scales for x and y."""
     box = elements.box(marks, share) + elements.assembly.geometry.origin
     axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
     axes.set(xlabel="x, y in the length unit of the case", ylabel="y")
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Draw supports, outlines at rest, blocks after a share of the magnified motion, and marks."""
+    """Draw supports, outlines at rest, blocks after a fraction of the magnified motion, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:
-        """Return the outlines of blocks and of their holes after a share of the magnified motion."""
+        """Return the outlines of blocks and of their holes after a fraction of the magnified motion."""
         moved_rings = [
             [moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks
         ]
@@ -184,7 +186,10 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
-    """Write each block's name in the block, as large as fits; the axes must have their final size."""
+    """Write the name of each block in the block, as large as possible.
+
+    The axes must have their final size.
+    """
     assembly, blocks = elements.assembly, elements.assembly.scene.blocks
     origin = assembly.geometry.origin
     visible_area = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
@@ -202,6 +207,6 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
-        # Write names just above the middle of a block, where arrows of loads start.
+        # Write each name just above the middle of the block, because arrows of loads start in the middle.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

@@ -27,31 +27,32 @@ from masonry_opt.scene.space.shapes import Shapes
 
 ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in degrees.
 
-#: Distance from the movable blocks beyond which supports are cut off, relative to the size of the scene.
+#: Largest distance from the movable blocks to which supports are drawn, relative to the size of the scene.
+#: Larger supports are cut off.
 _SUPPORT_CUT_DISTANCE = 0.2
 _HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
 #: Distance below which points coincide, relative to the size of the scene.
 _COINCIDENT_POINT_TOLERANCE = 1e-9
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
-#: Azimuths of possible default views, in degrees, in order of preference if several are equally good.
+#: Azimuths from which the default view is chosen, in degrees. Of equally good azimuths, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the live load towards the viewer, relative to the visible width, in the choice of the default
-#: view.
+#: Weight of the criterion that the live load pushes towards the viewer, in the choice of the default view.
+#: The weight is relative to the criterion of the visible width of the scene.
 _TOWARDS = 0.25
-#: Shortest visible piece, in pixels, of a partly hidden line that is drawn; shorter pieces are artefacts of
-#: the depth buffer.
+#: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
+#: depth buffer.
 _SHORTEST_PIECE = 3.0
-#: Largest difference in depth at which a nearer face does not hide a point, relative to the longer side of
-#: the picture.
+#: Tolerance of the test whether a face hides a point, as a difference in depth relative to the longer side of
+#: the picture. A face that is nearer by less does not hide the point.
 _DEPTH = 2e-3
 
-#: Number of pixels along the longer side of the depth buffer. A larger value makes edges of faces sharper.
+#: Number of pixels along the longer side of the depth buffer. A larger value draws sharper edges of faces.
 _DEPTH_BUFFER_PIXELS = 1400
 _LIGHT = np.array([-0.35, 0.55, 0.75])  #: Direction towards the light, in the picture's axes.
-_SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to full light.
-#: Share of white in the colours of faces in pictures of blocks at rest.
+_SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to faces in full light.
+#: Fraction of white that is added to the colours of faces in pictures of blocks at rest.
 _PALE = 0.55
 #: Free space around the drawn elements, relative to the longer side of their bounding box.
 _MARGIN_IN_SPACE = 0.03
@@ -59,7 +60,7 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: Smallest font size of block names, in points. Names that do not fit are left out.
+#: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
 
 
@@ -81,7 +82,7 @@ class Surface:
 
 
 def surface(elements: Elements) -> Surface:
-    """Return the surface of the scene's blocks; large supports are cut off around the movable blocks."""
+    """Return the surface of the scene's blocks. Large supports are cut off near the movable blocks."""
     assembly, shapes, size = elements.assembly, elements.assembly.geometry, size_of(elements.assembly)
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
@@ -91,7 +92,7 @@ def surface(elements: Elements) -> Surface:
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
     edges, rounding = np.stack([start, end], axis=1), _COINCIDENT_POINT_TOLERANCE * size
-    # Keep one copy of each edge, and drop the edges along which supports were cut off.
+    # Remove duplicate edges, and the edges along which supports were cut off.
     ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
     _, unique = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
     on_side = [np.abs(edges - side).max(axis=1).min(axis=1) < rounding for side in (low, high)]
@@ -108,7 +109,10 @@ def surface(elements: Elements) -> Surface:
 
 
 def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
-    """Divide faces into triangles, shape (triangles, 3, 3); return also the face of each triangle."""
+    """Divide faces into triangles, shape (triangles, 3, 3).
+
+    Return also the face of each triangle as an index.
+    """
     collections = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(collections, return_index=True)
     points, number = shapely.get_coordinates(shapely.orient_polygons(flat), return_index=True)
@@ -125,9 +129,9 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
 
 
 def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
-    """Cut the blocks ``cut`` off outside a box from ``low`` to ``high``, and return all faces.
+    """Cut off the parts of the blocks ``cut`` outside a box from ``low`` to ``high``, and return all faces.
 
-    The result includes the new faces of these blocks in the sides of the box.
+    The result includes the new faces on the sides of the box.
     """
     faces, parts = shapes.faces, shapes.parts
     if not len(cut):
@@ -150,7 +154,7 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
 
 def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
-    """Return the section of a convex hull of corners with a plane, in the plane's coordinates.
+    """Return the intersection of a plane with the convex hull of corners, in coordinates of the plane.
 
     ``at`` is the index of the plane in ``frames``.
     """
@@ -163,7 +167,7 @@ def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
 
 
 def refuse_view(scene: Scene, view: object) -> None:
-    """Raise OptionError if a view is invalid, or if a scene in the plane has a view."""
+    """Raise OptionError if a view is invalid, or if a view is passed for a scene in the plane."""
     if view is None:
         return
     if scene.dimension == 2:
@@ -175,12 +179,13 @@ def refuse_view(scene: Scene, view: object) -> None:
     angles = coordinates(values, 2)
     if not are_numbers or angles is None or abs(angles[1]) > 90:
         raise OptionError(
-            f"'view' must be azimuth and elevation (up to ±90) in degrees, such as (-60, 22) (found {view!r})"
+            "'view' must be azimuth and elevation in degrees, such as (-60, 22), with an elevation from -90 "
+            f"to 90 (found {view!r})"
         )
 
 
 def axes_of(view: ViewAngles) -> np.ndarray:
-    """Return the picture's axes as rows, shape (3, 3): to the right, upwards and towards the viewer."""
+    """Return the directions to the right, upwards and towards the viewer as rows, shape (3, 3)."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
     right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])
@@ -188,9 +193,9 @@ def axes_of(view: ViewAngles) -> np.ndarray:
 
 
 def best_view(assembly: Assembly) -> ViewAngles:
-    """Choose the view that shows the scene's wider side, with a live load that pushes towards the viewer.
+    """Choose a view that shows the wider side of the scene, with the live load pushing towards the viewer.
 
-    The view depends on the scene alone, so that drawings of a scene and of its results have one view.
+    The view depends only on the scene, so that drawings of a scene and of its results have the same view.
     """
     low, high = movable_box(assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
@@ -207,20 +212,21 @@ def best_view(assembly: Assembly) -> ViewAngles:
 
 @dataclass(frozen=True)
 class Raster:
-    """Depth buffer: depth and index of the nearest triangle at each pixel of a picture."""
+    """Depth buffer: the depth and the index of the nearest triangle at each pixel of a picture."""
 
     corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
     pixel: float  #: side length of a pixel, in the case's unit of length
-    #: Coordinate of the nearest triangle towards the viewer, ``-inf`` for pixels without a triangle, shape
-    #: (rows, columns), the lowest row first.
+    #: Coordinate of the nearest triangle in the direction towards the viewer, shape (rows, columns), with the
+    #: lowest row first. Pixels without a triangle have ``-inf``.
     depth: np.ndarray
-    #: Index of the nearest triangle, -1 for pixels without a triangle, shape (rows, columns).
+    #: Index of the nearest triangle, shape (rows, columns). Pixels without a triangle have -1.
     triangle: np.ndarray
 
     def visible(self, lines: np.ndarray) -> np.ndarray:
         """Return the visible pieces of lines, shape (pieces, 2, 3).
 
-        Lines, shape (lines, 2, 3), and pieces are in the picture's axes.
+        Lines have shape (lines, 2, 3). Lines and pieces are in the coordinates of the picture, see
+        :func:`axes_of`.
         """
         run = lines[:, 1] - lines[:, 0]
         count = np.ceil(np.hypot(run[:, 0], run[:, 1]) / self.pixel).astype(int) + 2
@@ -237,9 +243,13 @@ class Raster:
         return pieces[(first[starts] & last[ends]) | (length >= _SHORTEST_PIECE)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """Return True for points that are visible; points have shape (points, 3), in the picture's axes."""
+        """Return a mask that is True for visible points.
+
+        Points have shape (points, 3), in picture coordinates.
+        """
         rows, columns = self.depth.shape
-        # Compare points with the farthest of the neighbouring pixels, because an edge is between two faces.
+        # A point is compared with the farthest of the neighbouring pixels. A point on an edge is then visible
+        # if one of the two faces at the edge is visible.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T
@@ -250,8 +260,9 @@ class Raster:
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
     """Compute the depth buffer of the triangles that face the viewer.
 
-    Triangles have shape (triangles, 3, 3), in the picture's axes. ``box`` is the lower left and upper right
-    corner of the picture, shape (2, 2). ``pixels`` is the number of pixels along its longer side.
+    Triangles have shape (triangles, 3, 3), in the coordinates of the picture. ``box`` contains the lower left
+    and the upper right corner of the picture, shape (2, 2). ``pixels`` is the number of pixels along its
+    longer side.
     """
     width, height = box[1] - box[0]
     pixel = max(width, height) / pixels
@@ -277,7 +288,7 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
 
 
 class Solids:
-    """Drawing of a scene in space, with marks, after a share of the magnified motion."""
+    """Drawing of a scene in space, with marks, after a fraction of the magnified motion."""
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
@@ -295,7 +306,8 @@ class Solids:
         self.box = np.array([low - _MARGIN_IN_SPACE * side, high + _MARGIN_IN_SPACE * side])
         self.raster = raster(self.triangles, self.box, _DEPTH_BUFFER_PIXELS)
         self.unit = round_below(_LARGEST_AXIS_LENGTH * side)
-        # Draw the coordinate axes in the lower left corner, or below the picture if blocks cover the corner.
+        # The coordinate axes are drawn in the lower left corner. If blocks cover the corner, the picture is
+        # enlarged at its lower side.
         around = 2 * _AXIS_LETTER_DISTANCE * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
@@ -306,7 +318,7 @@ class Solids:
 
     @property
     def note(self) -> str:
-        """Return a note with the length of the drawn coordinate axes and the angles of the view."""
+        """Return a note that states the length of the drawn coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
         direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
         return f"axes: {self.unit:g} long, in the length unit of the case; {direction}"
@@ -358,24 +370,25 @@ class Solids:
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
-        # Pixels without a triangle have index -1, which selects the last row, a transparent colour.
+        # Pixels without a triangle have index -1. This index selects the last row of the table, which is
+        # transparent.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
         return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
-        """Draw the visible pieces of lines; lines have shape (lines, 2, 3), in the picture's axes."""
+        """Draw the visible pieces of lines, which have shape (lines, 2, 3) in picture coordinates."""
         pieces = list(self.raster.visible(lines)[..., :2])
         self.axes.add_collection(LineCollection(pieces, color=colour, linewidth=width, zorder=order))
 
     def _write_names(self) -> None:
-        """Write the names of visible blocks, as large as fits on the visible part of each block."""
+        """Write the names of visible blocks, as large as the visible part of each block permits."""
         raster_of_faces, points_per_unit = self.raster, points_in_unit(self.axes)
         row, column = np.nonzero(raster_of_faces.triangle >= 0)
         block_of = self.surface.of_triangle[raster_of_faces.triangle[row, column]]
         for number in np.unique(block_of):
             pixels = np.column_stack([column, row])[block_of == number]
-            # The mean of the visible pixels may be outside the block, so use the visible pixel nearest to the
-            # mean.
+            # Write the name at the visible pixel nearest to the mean of all visible pixels, because the mean
+            # itself may be outside the block.
             middle = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
             wide, high = np.ptp(pixels, axis=0) * raster_of_faces.pixel * points_per_unit
             name = self.elements.assembly.scene.blocks[number].name

@@ -11,16 +11,16 @@ from masonry_opt.drawing.colours import AT_REST, BLOCK, HATCH, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import Elements, legend
 from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
 
-#: Length of the picture's longer side, in units of the picture. Coordinates are rounded to whole units. With
-#: a larger value, coordinates are more exact and files are larger.
+#: Length of the longer side of an SVG picture, in units of the picture. Coordinates are rounded to whole
+#: units, so a larger value makes coordinates more exact and files larger.
 SIDE = 10_000
-#: Pixels for each point of the widths of marks. The value exceeds 1 because screens are read from farther
-#: away than prints. A larger value makes marks thicker.
+#: Number of pixels that one point (1/72 inch) of a mark's width has on a page. The value exceeds 1, because
+#: screens are read from farther away than prints. A larger value makes marks thicker.
 _PIXELS_PER_POINT = 1.5
-#: Pixels for each point of the widths of marks in scenes with many joints, where thicker marks would overlap.
+#: Number of pixels that one point of a mark's width has in scenes with many joints. The value is smaller,
+#: because thicker marks would overlap.
 _PIXELS_PER_POINT_OF_MANY = 1.0
-#: Size of a motion, in units of the picture, below which an element counts as fixed and has no motion
-#: attribute.
+#: Smallest visible motion, in units of the picture. An element that moves less has no motion attribute.
 _LEAST_DRAWN_MOTION = 2.0
 _CROSS_STROKE = 1.5  #: Width of the lines of crosses, in points.
 _HATCH_STEP = 150  #: Distance between the hatching lines on supports, in units of the picture.
@@ -33,8 +33,8 @@ class Canvas:
     """Coordinate system of an SVG picture that shows part of a scene.
 
     Coordinates of the picture are whole numbers, with y downwards. Coordinates of the scene are relative to
-    the geometry's origin. Elements that move have the attribute ``data-motion``, their full motion as defined
-    in :func:`~.marks.moved`, by which the script of a page moves them.
+    the geometry's origin. Elements that move have the attribute ``data-motion``, which contains their full
+    motion (see :func:`~.marks.moved`). The script of a page moves elements by this attribute.
     """
 
     def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
@@ -51,24 +51,27 @@ class Canvas:
         return np.rint((points - [self.left, self.top]) * [self.scale, -self.scale]).astype(int)
 
     def motions(self, motion: np.ndarray) -> np.ndarray:
-        """Convert motions, shape (..., 3), from the scene's to the picture's coordinates."""
+        """Convert motions, shape (..., 3), from coordinates of the scene to coordinates of the picture."""
         vx, vy, omega = np.moveaxis(motion, -1, 0)
         right, down = self.scale * (vx - omega * self.top), -self.scale * (vy + omega * self.left)
         return np.stack([right, down, -omega], axis=-1)
 
     def moves(self, motion: np.ndarray) -> str:
-        """Return the attribute ``data-motion`` of a motion, shape (3,); "" if the motion is invisible."""
+        """Return the SVG attribute ``data-motion`` for a motion, shape (3,).
+
+        "" if the motion is too small to see.
+        """
         vx, vy, omega = self.motions(motion).tolist()
         if abs(vx) + abs(vy) + SIDE * abs(omega) < _LEAST_DRAWN_MOTION:
             return ""
         return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
 
     def line(self, points: np.ndarray, closed: bool = False) -> str:
-        """Return a polyline as SVG path data; points are in the scene's coordinates."""
+        """Return a polyline as SVG path data, from points in the coordinates of the scene."""
         return _polyline(self.at(points), closed)
 
     def svg(self, title: str, elements: Iterable[str]) -> str:
-        """Return the complete SVG picture; the title is for screen readers."""
+        """Return the complete SVG picture, with a title for screen readers."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width} {self.height}" role="img" '
             f'aria-label="{escape(title)}" class="picture" style="--ratio: {self.width / self.height:.4f}">'
@@ -77,7 +80,10 @@ class Canvas:
 
 
 def _path(d: str, moves: str = "") -> str:
-    """Return an SVG path with its motion attribute; "" if the path data is empty."""
+    """Return an SVG path element with path data ``d`` and a motion attribute.
+
+    "" if the path data is empty.
+    """
     return f'<path d="{d}"{moves}/>' if d else ""
 
 
@@ -117,7 +123,7 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
 
 
 def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
-    """Return the hatching and the edges of the visible part of supports, as one SVG path."""
+    """Return hatching and edges of supports as one SVG path, limited to the visible part of the supports."""
     whole = shapely.union_all(shapes)
     wide, high = canvas.width / canvas.scale, canvas.height / canvas.scale
     box = canvas.left, canvas.top - high, canvas.left + wide, canvas.top
@@ -128,7 +134,7 @@ def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
 
 
 def marks_svg(marks: Marks, canvas: Canvas) -> str:
-    """Return marks of one kind as SVG; marks with equal motions are one path."""
+    """Return marks of one kind as SVG. Marks with equal motions are combined into one path."""
     at = canvas.at(marks.points)
     still = np.zeros((len(at), 3))
     paths: dict[str, str] = {}
@@ -149,7 +155,7 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
 
 
 def _mark(marks: Marks, points: np.ndarray) -> str:
-    """Return a mark as SVG path data; an arrow is a line and the outline of its head."""
+    """Return a mark as SVG path data. An arrow consists of a line and the outline of its head."""
     if marks.shape == "arrow":
         tail, tip = points
         head = _ARROW_HEAD * (tip - tail)
@@ -166,7 +172,7 @@ def _mark(marks: Marks, points: np.ndarray) -> str:
 
 
 def _polyline(points: np.ndarray, closed: bool = False) -> str:
-    """Return a polyline as SVG path data; points are in the picture's coordinates."""
+    """Return a polyline as SVG path data, from points in the coordinates of the picture."""
     start, steps = points[0], np.diff(points[:-1] if closed else points, axis=0).ravel()
     text = f"M{start[0]} {start[1]}l{' '.join(map(str, steps.tolist()))}{'z' if closed else ''}"
     return text.replace(" -", "-")

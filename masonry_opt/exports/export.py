@@ -39,37 +39,40 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 
-#: Upper bound ε of the products z p that replaces complementarity. It must be larger than the feasibility
-#: tolerance of solvers and small compared with a load factor.
+#: Upper bound ε of the products z p of slack and rate, which replaces complementarity z p = 0. The bound must
+#: be larger than the feasibility tolerance of solvers, and small compared with a load factor.
 EPSILON = 1e-6
 
-#: A declared program, and the comment lines for its file.
+#: Program that is declared in Pyomo, and the comment lines for its file.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Return the program of associative limit analysis, eq. (9) or eq. (10), and its comments."""
+    """Return the static program, eq.
+
+    (9), or the kinematic program, eq. (10), and the comments for its file.
+    """
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Return the mixed complementarity problem, which has no objective, and its comments."""
+    """Return the mixed complementarity problem, which has no objective, and the comments for its file."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
-    return model.program, ["no objective: every collapse state is a solution"]
+    return model.program, ["no objective, because every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Return the MPEC with complementarity relaxed to z p ≤ ε, and its comments."""
+    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and the comments for its file."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
-    comment = f"complementarity as products of slack and rate, each at most {EPSILON:g}"
+    comment = f"complementarity is relaxed: each product of slack and rate is at most {EPSILON:g}"
     return model.program, [_objective("load_factor", assembly.problem), comment]
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Return the mixed-integer program for the least load factor, and its comments.
+    """Return the mixed-integer program for the least load factor, and the comments for its file.
 
     The program has a binary variable for each yield condition. The bounds of its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
@@ -78,19 +81,20 @@ def _global(assembly: Assembly) -> Declared:
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
         raise NoLoadFactorError(
-            f"{assembly.scene.origin}: the program of 'global' needs a load factor of 0 or more, and none is "
-            f"above {associative:g}: reverse the live load"
+            f"{assembly.scene.origin}: the program of method 'global' needs a load factor ≥ 0, but no load "
+            f"factor is above {associative:g}: reverse the live load"
         )
     highest = a_little_above(associative)
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if bounds.rates_derived else "is assumed"
-    forces = "follow from statics" if bounds.forces_derived else "are assumed where statics set none"
-    # The opening at a rocking condition is twice its rate, so the limit of the rate is halved.
+    forces = "follow from statics" if bounds.forces_derived else "are assumed if statics give no limit"
+    # The opening at a rocking condition is twice its rate. The limit of its rate is therefore half the limit
+    # of the openings.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
-    # Each slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for rocking. The upper bound of normal forces is
-    # n̂.
+    # With the upper bound n̂ of normal forces, each slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for
+    # rocking.
     most_slack = 2 * bounds.normal[problem.face_joint]
     limits = ShearLimits.true(problem).at(bounds.normal[problem.sliding])
     most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
@@ -99,37 +103,38 @@ def _global(assembly: Assembly) -> Declared:
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
         f"the sum of slips and edge openings is at most {bounds.rates:.9g}, which {rates}",
-        f"limits of forces {forces}",
+        f"the limits of the forces {forces}",
     ]
 
 
 def _objective(words: str, problem: Problem) -> str:
     """Return the comment line that explains the objective and its scaling by the live load."""
     by_size = problem.layout.round
-    terms = "live forces and moments, by magnitude" if by_size else "the live load's components"
+    terms = "the magnitudes of live forces and moments" if by_size else "all absolute live load components"
     return f"objective: {words} times {problem.live_norm!r}, the sum of {terms}"
 
 
 #: Functions that declare a program for export, by the name of the method.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
-    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism (minimum: load_factor)"),
+    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism (its minimum is load_factor)"),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
 }
 
-#: Names in the file for the parts of a complementary pair, keyed by Pyomo's names: "z" is the slack, "slack"
-#: the row that defines z, "product" the row of z times the rate, and "pair" the row paired with the rate.
+#: Map from Pyomo's names of the parts of a complementary pair to the names in the file: "z" is the slack,
+#: "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the row paired
+#: with the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Name prefixes of the variables and rows of a yield condition, by component of the program.
+#: Prefix of the names of variables and rows that belong to yield conditions, by component of the program.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-#: Components of the program with a single variable or row.
+#: Names of the components of the program that have a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
-    """Return unique names of the variables, rows and objective of a program, keyed by ``id``."""
+    """Return unique names of the variables, rows and objective of a program, keyed by the objects' ``id``."""
     names = assembly.problem_names(legal)
     faces = names.conditions
     by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
@@ -151,7 +156,8 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """Return the text of an LP file (CPLEX format), keyed by its ending."""
     text = io.StringIO()
-    # Pyomo adds a variable of its own, with coefficient 0, to a row without entries.
+    # The labeller must accept unknown variables, because Pyomo adds a variable with coefficient 0 to empty
+    # rows.
     LPWriter().write(program, text, labeler=lambda data: names.get(id(data), str(data)))
     return {".lp": _comments("\\", header) + text.getvalue()}
 
@@ -167,7 +173,7 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
 
 def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """Return the texts of an AMPL NL file and of its lists of row names and column names."""
-    # An NL file has a comment only on its first line, where Pyomo writes the name of the program.
+    # An NL file can have a comment only in its first line. Pyomo writes the name of the program there.
     program.name = "; ".join(header)
     text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
@@ -176,7 +182,7 @@ def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) ->
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
     rows = "".join(lines(written.constraints, written.objectives))
-    # Write the program last: if the .nl file exists, the lists of names exist too.
+    # The .nl file is written last, so that the lists of names exist if the .nl file exists.
     return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
 
 
@@ -185,9 +191,9 @@ def _comments(mark: str, lines: list[str]) -> str:
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-CLAUSES_END = ".cnf"  #: Ending of files of clauses.
+CLAUSES_END = ".cnf"  #: File ending of the clauses of a proof in DIMACS format.
 
-#: Functions that return the texts of all files of a program, by the ending of the main file.
+#: Map from the ending of a program's main file to the function that returns the texts of all its files.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
@@ -200,7 +206,7 @@ def export(
     *,
     moved: float | None = None,
 ) -> tuple[Path, ...]:
-    """Write the optimisation program of a method to a file, or the solids of a scene.
+    """Write the optimisation program of a method, the clauses of a proof, or the solids of a scene to a file.
 
     In the file of a program, rows and columns are named by their kind and their blocks. The units are those
     of :class:`~masonry_opt.problem.problem.Problem`, and λ is that of the scene; see
@@ -213,17 +219,21 @@ def export(
     Parameters
     ----------
     scene: A scene, or the path of a case file; for solids also a result, with its motion and forces.
-    path: File to write; its ending is the format. Linear programs, also with binaries: ``.lp``, ``.mps`` or
-        ``.nl``. Programs with products or complementary pairs: ``.nl``. The names of the rows and columns of
-        a ``.nl`` file are written to ``.row`` and ``.col`` files. The clauses of a proof that no state is
-        lower, for SAT solvers: ``.cnf``; :func:`~masonry_opt.prove_least` makes the proof. Solids: ``.obj``,
-        ``.glb`` or ``.gltf`` (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
+    path: File to write, whose ending selects the format.
+
+        - ``.lp``, ``.mps`` or ``.nl``: linear programs, also with binary variables.
+        - ``.nl`` only: programs with products or complementary pairs. The names of rows and columns are
+          written to a ``.row`` and a ``.col`` file.
+        - ``.cnf``: the clauses of a proof that no state has a lower load factor, for SAT solvers; see
+          :func:`~masonry_opt.prove_least`.
+        - ``.obj``, ``.glb`` or ``.gltf`` (both with trimesh, of the extra "meshes"), or ``.json`` (COMPAS):
+          solids.
     method: Method whose program is written: "static", eq. (9), the default; "kinematic", eq. (10); "global"
         (complementarity with a binary for each face; its bounds are computed first, by linear programs);
         "mpec" (with products z p ≤ 10⁻⁶); or "mcp" (with complementary pairs).
     force: True to replace files of other programs; files of this package have a mark and are replaced.
-    moved: Share of the motion of a result by which its meshes are displaced: 0 at rest, 1 as far as pages
-        move it (default: as pictures show it).
+    moved: Fraction of the full motion of a result by which its meshes are displaced: 0 for blocks at rest, 1
+        for the largest motion of a page. The default is the motion that pictures show.
 
     Returns
     -------
@@ -250,27 +260,29 @@ def export(
     if ending in SOLID_ENDS:
         if method is not None:
             raise OptionError(
-                f"{path}: 'method' applies to programs only: to show a mechanism, pass a result"
+                f"{path}: 'method' cannot be used for a file of solids: omit 'method', and pass a result to "
+                "write its mechanism"
             )
         refuse_unwritable(path, force)
         solids = scene if isinstance(scene, Result) else as_scene(scene)
         write_file(path, solid_file(solids, ending, moved), OutputError)
         return (path,)
     if moved is not None:
-        raise OptionError(f"{path}: 'moved' applies to meshes only: {', '.join(SOLID_ENDS[1:])}")
+        raise OptionError(
+            f"{path}: 'moved' can be used only for files of meshes ({', '.join(SOLID_ENDS[1:])}): omit "
+            "'moved'"
+        )
     if ending == CLAUSES_END:
         if method is not None:
-            raise OptionError(
-                f"{path}: 'method' selects a program, but clauses come from a proof: omit 'method'"
-            )
+            raise OptionError(f"{path}: 'method' cannot be used for the clauses of a proof: omit 'method'")
         refuse_unwritable(path, force)
         write_file(path, _clauses(path, scene).encode("ascii"), OutputError)
         return (path,)
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Some methods iterate on dilatancy that depends on stress. A single exported program needs constant
-    # dilatancy.
+    # Some methods iterate if dilatancy depends on stress. A single exported program cannot iterate, so that
+    # it needs constant dilatancy.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
@@ -285,9 +297,10 @@ def export(
 
 
 def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
-    """Return the text of a DIMACS file: the clauses of a proof, and a comment for each variable.
+    """Return the text of a DIMACS file with the clauses of a proof and a comment for each variable.
 
-    The proof is that of a result, or else made here. Raises OptionError if there is none.
+    If a result has a proof, this proof is written; otherwise a proof is computed. Raises OptionError if no
+    proof is found.
     """
     proof, why = None, ""
     if isinstance(scene, Result):
@@ -298,7 +311,7 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
         found = prove_least(assembly.scene)
         proof, why = found.proof, found.why
     if proof is None:
-        raise OptionError(f"{path}: clauses come from a proof, and there is none: {why}")
+        raise OptionError(f"{path}: the clauses cannot be written, because no proof was found: {why}")
     conditions = assembly.problem_names(legal=True).conditions
     faces = [f"variable {number}: {condition}" for number, condition in enumerate(conditions, 1)]
     return _comments("c", [*_header("clauses of a proof", assembly), *faces]) + proof.to_dimacs()
@@ -310,15 +323,20 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
     if method not in _EXPORTS:
         if method not in METHODS:
             raise OptionError(f"method '{method}' is unknown{instead_of(method, _EXPORTS)}")
-        why = "solves a series of programs"
-        raise OptionError(f"method '{method}' {why}; methods with a single program: {', '.join(_EXPORTS)}")
+        raise OptionError(
+            f"method '{method}' solves a series of programs, which cannot be written to one file: choose one "
+            f"of {', '.join(_EXPORTS)}"
+        )
     # Only the .nl format can represent products of variables and complementary pairs.
     endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
     if ending not in endings:
-        is_program = ending in _WRITERS
-        others = f"{ending} carries linear programs" if is_program else f"solids to {', '.join(SOLID_ENDS)}"
-        named = f"is written to a file whose name ends in {', '.join(endings)} ({others})"
-        raise OptionError(f"{path}: a program of method '{method}' {named}")
+        note = f"files of solids end in {', '.join(SOLID_ENDS)}"
+        if ending in _WRITERS:
+            note = f"a {ending} file can contain linear programs only"
+        raise OptionError(
+            f"{path}: the file name for the program of method '{method}' must end in {', '.join(endings)} "
+            f"({note})"
+        )
     refuse_unwritable(path, force)
     if ending == ".nl":
         for names in (".row", ".col"):
@@ -336,6 +354,6 @@ def _header(contents: str, assembly: Assembly) -> list[str]:
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
         f"units: force {problem.force_unit!r}, length {problem.length_unit!r} in units of the case; the load "
-        "factor is that of the case",
+        "factor is the same as in the case",
     ]
     return [line.encode("ascii", "replace").decode() for line in lines]

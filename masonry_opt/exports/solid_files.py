@@ -23,10 +23,10 @@ from masonry_opt.scene.tables import library
 
 SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Endings of the names of files with solids.
 _SUPPORT = "fixed"  #: Prefix of the names of supports in mesh files.
-#: Name of a block, True if the block is fixed, its corners, and its faces as lists of corner indices with
-#: normals outwards.
+#: Block as a tuple: its name, True if the block is fixed, its corners, and its faces. A face is a list of
+#: corner indices whose normal points outwards.
 _Body = tuple[str, bool, np.ndarray, list[list[int]]]
-#: Rotation that turns the z axis, upwards here, to the y axis, upwards in glTF.
+#: Rotation of the vertical z axis of a scene to the y axis, which is vertical in glTF.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
@@ -38,20 +38,25 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
     Parameters
     ----------
     solids: A scene, or a result with its motion and forces.
-    end: Ending of the file's name, one of SOLID_ENDS.
-    share: Share of the full motion by which meshes are displaced; None for the share of pictures.
+    end: Ending of the file name, one of SOLID_ENDS.
+    share: Fraction of the full motion by which meshes are displaced; None for the fraction of pictures.
     """
     result = solids if isinstance(solids, Result) else None
     scene = solids.assembly.scene if isinstance(solids, Result) else solids
     if scene.dimension == 2:
-        raise OptionError(f"{scene.origin}: only scenes in space have solids: see masonry_opt.extrude")
+        raise OptionError(
+            f"{scene.origin}: a scene in the plane has no solids: convert it to space with "
+            "masonry_opt.extrude"
+        )
     if end == ".json":
         if share is not None:
-            raise OptionError("COMPAS data has blocks at rest and separate displacements: omit 'moved'")
+            raise OptionError(
+                "COMPAS data contains blocks at rest, and their displacements as attributes: omit 'moved'"
+            )
         return _compas(result.assembly if result else assemble(scene), result)
     number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
     if share is not None and not number:
-        raise OptionError(f"'moved' must be a number, as a fraction of the full motion (found {share!r})")
+        raise OptionError(f"'moved' must be a number, the fraction of the full motion (found {share!r})")
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):
         raise OptionError("'moved' needs a motion: omit 'moved', or pass a result with a mechanism")
@@ -64,9 +69,9 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
-    """Return the displaced blocks; the names of supports begin with a prefix.
+    """Return the displaced blocks. The names of supports begin with the prefix "fixed".
 
-    The motions, shape (blocks, 6), are about the given origin.
+    ``motion`` has shape (blocks, 6), with rotations about ``origin``.
     """
     bodies = []
     for block, block_motion in zip(scene.in_space(), motion, strict=True):
@@ -79,7 +84,7 @@ def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the corners and faces of all parts; each part is closed, with normals outwards."""
+    """Return the corners and faces of all parts of a block. Each part is closed, with normals outwards."""
     corners: list[np.ndarray] = []
     faces: list[list[int]] = []
     for part in parts:
@@ -105,7 +110,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
     trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
-        # Faces are convex: a fan of triangles from the first corner covers each face.
+        # Faces are convex, so a fan of triangles from the first corner covers each face.
         triangles = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, triangles, process=False)
         colour = trimesh.visual.color.hex_to_rgba(SUPPORT_COLOUR if fixed else BLOCK)
@@ -121,11 +126,11 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """Return the JSON of a compas_assembly Assembly: named blocks, and joints as interfaces.
+    """Return the JSON of an Assembly of the library compas_assembly, with joints as interfaces.
 
-    With a result the interfaces have the forces on the first block at each contact point, and velocities are
-    displacements. ``c_np - c_nn`` is the force along the z axis of the interface, which points into the first
-    block; ``c_u`` and ``c_v`` are the forces along the other axes.
+    With a result, the interfaces contain the forces on the first block at each contact point, and the
+    velocities are written as displacements. ``c_np - c_nn`` is the force along the z axis of the interface,
+    which points into the first block. ``c_u`` and ``c_v`` are the forces along the other axes.
     """
     velocities = np.zeros((len(assembly.scene.blocks), 6))
     attributes: dict[str, Any] = {"name": assembly.scene.title or Path(assembly.scene.origin).stem}
@@ -151,7 +156,7 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
-    """Return COMPAS data together with its type."""
+    """Return COMPAS data together with the name of its type."""
     return {"dtype": kind, "data": data}
 
 
@@ -168,7 +173,10 @@ def _mesh(block: Solid) -> dict[str, Any]:
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
-    """Return one COMPAS interface for each joint, with forces if the result has forces."""
+    """Return a COMPAS interface for each joint.
+
+    If the result has forces, the interfaces contain the forces.
+    """
     contacts, origin = assembly.joints, assembly.geometry.origin
     force = None
     if result is not None and result.contacts is not None and result.contacts["n"].notna().all():

@@ -28,26 +28,32 @@ def weights_differ(v: dict[str, Any]) -> str:
     """State that the unit weight of blocks differs much from the median, with both values."""
     own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
     quantity = "weight per area" if v["per_area"] else "unit weight"
-    own_weight = f"the {quantity} of {blocks(v['blocks'])} is {own}"
     units = units_in_words(v["ratio"] * v["median"], v["median"])
-    return f"{own_weight}, but the median of all blocks is {median}: {units}use the same units for all blocks"
+    return (
+        f"the {quantity} of {blocks(v['blocks'])} is {own}, but the median of all blocks is {median}: "
+        f"{units}use the same units for all blocks"
+    )
 
 
 def fill_weight_differs(v: dict[str, Any]) -> str:
     """State that the unit weight of a fill or backing differs much from another unit weight."""
     own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
-    compared = f"but that of the {v['beside']} is {other}"
     units = units_in_words(v["unit_weight"], v["other"])
-    return f"the unit weight of {fill} is {own}, {compared}: {units}use the same units for both weights"
+    return (
+        f"the unit weight of {fill} is {own}, but the unit weight of the {v['beside']} is {other}: "
+        f"{units}use the same units for both weights"
+    )
 
 
 def strength_differs(v: dict[str, Any]) -> str:
     """State that a strength is very large or small compared with the weights, with both values."""
     own, weight = _rounded(v["value"]), _rounded(v["weight"])
     compared = "the sum of all dead loads" if v["value"] > v["weight"] else "the median weight of a block"
-    strength = f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, but {compared} is {weight}"
-    return f"{strength}: use the same unit for forces and weights"
+    return (
+        f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, but {compared} is {weight}: use the same "
+        "unit for forces and weights"
+    )
 
 
 def stress_differs(v: dict[str, Any]) -> str:
@@ -60,8 +66,13 @@ def stress_differs(v: dict[str, Any]) -> str:
 def friction_high(v: dict[str, Any]) -> str:
     """State that a friction coefficient is high, and convert it if an angle in degrees was meant."""
     friction = v["friction"]
-    meant = f": is it in degrees? tan {friction:g}° = {tan(radians(friction)):.3f}" if friction < 90 else ""
-    return f"friction {friction:g} of {_place_of_property(v)} is higher than in dry joints{meant}"
+    question = ": check the value"
+    if friction < 90:
+        question = f": is it in degrees? tan {friction:g}° = {tan(radians(friction)):.3f}"
+    return (
+        f"the friction coefficient {friction:g} of {_place_of_property(v)} is higher than in dry joints of "
+        f"masonry{question}"
+    )
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
@@ -76,39 +87,42 @@ def small_gaps(v: dict[str, Any]) -> str:
     """State that small gaps separate blocks, with the tolerance that closes the gaps."""
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     if v["option"] == "tolerance":
-        remedy = f"{set_tolerance(v['tolerance'])}, which closes the gaps and makes nearly parallel joints"
-        remedy += " parallel"
+        set_option = set_tolerance(v["tolerance"])
+        remedy = f"{set_option}, which closes the gaps and makes nearly parallel joints parallel"
     else:
         remedy = f"{set_contact_tolerance(v['tolerance'])}, which closes the gaps"
     return (
         "blocks face each other across a small gap, which carries no force and may change λ a lot: "
-        f"{pairs(v, wide)}; if they should touch, {remedy}"
+        f"{pairs(v, wide)}; if the blocks should touch, {remedy}"
     )
 
 
 def lost_joints(v: dict[str, Any]) -> str:
-    """State that joints are lost by a large tolerance, and which contact tolerance keeps these joints."""
+    """State that a large tolerance removes joints, with the contact tolerance that keeps the joints."""
     wide = [f"{rounded_up(width, 2)} apart" if width > 0 else "touching" for width in v["widths"]]
     remedy = "lower 'tolerance'"
     if max(v["widths"]) > 0:
         remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "blocks face each other but have no joint, because their sides are too short for so large a "
+        "blocks face each other but have no joint, because their sides are too short compared with the "
         f"'tolerance': {pairs(v, wide)}; {remedy}"
     )
 
 
 def _corners_bear(v: dict[str, Any]) -> str:
-    """State that forces at corners are not limited by the strength, and list the corners to check."""
+    """State that the strength does not limit forces at corners, and list the corners to check."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
     where = f"crushing at {pairs(v)} may cause a collapse that this analysis does not find"
     if forces:
-        where = f"their normal forces at collapse are {pairs(v, forces)}"
-    limits = "'strength' does not limit the force where a corner rests on an edge"
-    return f"{limits}, so check by hand that these corners do not crush: {where}"
+        where = f"the normal forces at collapse are {pairs(v, forces)}"
+    return (
+        "'strength' does not limit the force at a corner that rests on an edge, so check by hand that such "
+        f"corners do not crush: {where}"
+    )
 
 
-#: Sentence of each code on inputs: a format string for the values of the reason, or a function of the values.
+#: Sentence for each reason code about inputs. A sentence is a format string for the values of the reason, or
+#: a function of these values.
 INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FRICTION_HIGH: friction_high,
     Code.DILATANCY_LOW: dilatancy_low,
@@ -121,30 +135,32 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "load that clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
-        f"{do(v, 'lie')} {v['distance']:.3g} away from all others, which extend over {v['size']:.3g}: are "
-        "all coordinates in the same unit?"
+        f"{do(v, 'lie')} {v['distance']:.3g} away from all other blocks, which extend over {v['size']:.3g}: "
+        "are all coordinates in the same unit?"
     ),
     Code.SMALL_GAPS: small_gaps,
     Code.LOST_JOINTS: lost_joints,
     Code.ALIGNED: lambda v: (
-        f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to others, within "
-        f"the tolerance {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
+        f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to other joints, "
+        f"within the tolerance {v['tolerance']:.3g}: {pairs(v)}; if the blocks should be wedges, lower "
+        "'tolerance'"
     ),
     Code.NEARLY_PARALLEL: lambda v: (
-        f"joints of one block are up to {v['angle']:.2g} rad off parallel, so that the block is a wedge that "
-        f"must lift to slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
+        f"two joints of a block deviate by up to {v['angle']:.2g} rad from parallel, so the block is a wedge "
+        f"that must lift to slide: {pairs(v)}; if the joints should be parallel, "
+        f"{set_tolerance(v['tolerance'])}"
     ),
     Code.JOINT_AT_CORNERS: lambda v: (
-        f"{pairs(v)} meet corner on corner (in space, edge along edge), and a joint is made there: on the "
-        "bisector of the facing sides, or on both sides of a notch; check the direction of the joint"
+        f"{pairs(v)} meet corner on corner (in space, edge along edge). A joint is made on the bisector of "
+        "the facing sides, or on both sides of a notch: check the direction of the joint"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet at corners only, where a joint would have no length, so that no joint is made: "
-        "let a corner rest on an edge"
+        f"{pairs(v)} touch only at corners. No joint is made there, because it would have no length: let a "
+        "corner of one block rest on an edge of the other"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
-        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where no normal exists and "
-        "no joint is made: a joint needs a face of one of the blocks, or edges that cross"
+        f"{pairs(v)} meet corner on corner, corner on edge or edge along edge. No joint is made there, "
+        "because the contact has no normal: a joint needs a face of one of the blocks, or edges that cross"
     ),
     Code.FACES_TURNED: lambda v: (
         f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "

@@ -13,36 +13,39 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO, same
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
-LEAST = "least, proven"  #: Name of the load factor of an exact state, if no lower state exists.
-#: Name of the load factor of a state that is not exact, or that lies above the end of the load history.
+#: Name of the load factor of an exact state, if it is proven that no lower state exists.
+LEAST = "least, proven"
+#: Name of the load factor of a state that is not exact, or whose load factor exceeds the end of the load
+#: history.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
 _SEARCHES = "coulomb"  #: Name of the method that has the option ``search``.
 
-#: Codes of reasons of method "global" that compare the lowest state found with a lower bound of all states.
+#: Reason codes of method "global" that compare the lowest load factor found with a lower bound of all load
+#: factors.
 _BOUNDS = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
-#: Remarks on an incremental load factor, by the code of how its load history ended.
+#: Remarks on an incremental load factor, by the reason code with which its load history ended.
 _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
 _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark on possible lower states, for results of method "incremental".
-_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
 #: Remark on possible lower states, for other methods that found no exact state and report the load history.
-_NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
+_NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
-#: Meaning of each name of load factors, which sweeps and samples print below their results.
+#: Meaning of each name of a load factor, which sweeps and samples print below their results.
 _LOAD_FACTOR_MEANINGS = {
-    LOWEST: "exact collapse states, not proven least",
+    LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
-    FOUND: "states that are not exact, or have a larger λ than the end of the load history; not proven least",
+    FOUND: "collapse states that are not exact, or have a larger λ than the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
@@ -58,9 +61,9 @@ class LoadFactorLine:
     """Row of the table of load factors."""
 
     name: str
-    #: Value of the load factor; None if it does not exist, for the reason in the remark.
+    #: Value of the load factor. If it does not exist, the value is None and the remark states the reason.
     load_factor: float | None
-    remark: str  #: text that states the kind of state, and if a lower load factor is possible
+    remark: str  #: text that states the kind of collapse state, and whether a lower load factor is possible
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
@@ -88,7 +91,8 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
 def why_not_incremental(result: Outcome) -> str:
     """Return the reason why the incremental load factor does not exist, as a sentence.
 
-    The text is empty if there is one, or if the reasons of the result include those of the load history.
+    The text is empty if the load factor exists, or if the reasons of the result include those of the load
+    history.
     """
     codes = {reason.code for reason in result.reasons}
     known = all(reason.code in codes for reason in result.incremental_reasons)
@@ -148,19 +152,19 @@ def named_factor(result: Outcome) -> str:
 
 
 def meaning(names: Iterable[str]) -> str:
-    """Return the different names among given names of load factors, each with its meaning in brackets."""
+    """Return the names of load factors as one text without repetitions, each with its meaning in brackets."""
     return "; ".join(f"{name} ({_LOAD_FACTOR_MEANINGS[name]})" for name in dict.fromkeys(names))
 
 
 def certainty(result: Outcome) -> str:
-    """Return text on how certain the method's own load factor is; "" if there is no load factor."""
+    """Return text that states how certain the load factor of the method is; "" if there is no load factor."""
     return "" if result.load_factor is None else _own_line(result).remark
 
 
 def known_least(result: Outcome) -> str:
-    """Return the sentence that no state has a lower load factor than the answer, if this is proven.
+    """Return a sentence that explains why no state has a lower load factor than the answer.
 
-    The text is empty if there is no such proof.
+    The text is empty if this is not proven.
     """
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
         return "exact collapse state; proven: no state is lower"
@@ -171,12 +175,11 @@ def known_least(result: Outcome) -> str:
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
     law = f" {friction_law(result)}" if "polygon" in result.friction_law else ""
-    rule = "the flow rule of all joints is the associative one, so no state is lower"
-    return f"exact collapse state{law}; {rule}"
+    return f"exact collapse state{law}; all joints follow associative flow, so no state is lower"
 
 
 def friction_law(result: Outcome) -> str:
-    """Return a phrase on the friction law in space, such as "by the cone" or "unlimited"."""
+    """Return a phrase that names the friction law in space, such as "by the cone" or "unlimited"."""
     if "polygon" in result.friction_law:
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
@@ -207,12 +210,14 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return text on an associative load factor, which is an upper bound and may also be exact."""
+    """Return the remark on an associative load factor, which is an upper bound and may also be exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
-    lower = "collapse may come at a lower load factor (method 'coulomb' computes it)"
-    return f"{_UPPER_BOUND}; if joints slide without opening, {lower}"
+    return (
+        f"{_UPPER_BOUND}; if joints slide without opening, collapse may occur at a lower load factor, which "
+        "method 'coulomb' computes"
+    )
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
@@ -225,7 +230,7 @@ def _incremental_line(result: Outcome) -> LoadFactorLine:
 
 
 def _incremental_remark(result: Outcome) -> str:
-    """Return text on the end of the load history, and on the load that is carried once blocks move."""
+    """Return the remark on the end of the load history, and on the load that moving blocks carry."""
     state = result.solution.at_incremental
     assert state is not None
     remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
@@ -234,25 +239,26 @@ def _incremental_remark(result: Outcome) -> str:
         remark = f"equilibrium is lost between this load factor and {not_carried} as the live load is raised"
     if state.peak is None:
         return remark
-    remaining = "no live load" if result.end is None else f"only λ = {factor_text(result.end)}"
-    return f"{remark}; {remaining} is carried once the blocks move"
+    if result.end is None:
+        return f"{remark}; once the blocks move, they carry no live load"
+    return f"{remark}; once the blocks move, they carry only λ = {factor_text(result.end)}"
 
 
 def _coulomb_remark(result: Outcome) -> str:
-    """Return text on a Coulomb collapse state: its exactness, the starts, and lower load factors."""
+    """Return the remark on a Coulomb collapse state: if it is exact, and if lower states are possible."""
     return "; ".join([state_found(result), *_lower_states(result)])
 
 
 def state_found(result: Outcome) -> str:
-    """Return text on whether the collapse state is exact, and on the starts of the search."""
+    """Return a phrase that states whether the collapse state is exact, and the number of starts."""
     return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
-    """Return text that states if the collapse state is exact, and if not, why.
+    """Return a phrase that states whether the collapse state is exact.
 
-    For a state that is not exact, the text has the residuals above their limits, or the polygons that limit
-    friction.
+    For a state that is not exact, the phrase names the residuals above their limits, or the polygons that
+    limit friction.
     """
     if result.exact:
         return "exact collapse state"
@@ -261,7 +267,7 @@ def _state(result: Outcome) -> str:
     if not above and "polygon" in result.friction_law:
         return f"collapse state with friction {friction_law(result)}"
     named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
-    return f"collapse state, but its residuals are too large to be exact{f' ({named})' if named else ''}"
+    return f"collapse state that is not exact: its residuals are too large{f' ({named})' if named else ''}"
 
 
 def _starts(result: Outcome) -> str:
@@ -279,7 +285,7 @@ def _starts(result: Outcome) -> str:
 
 
 def _lower_states(result: Outcome) -> list[str]:
-    """Return phrases on states with a lower load factor: bounds, searches, and known states."""
+    """Return phrases that state whether states with a lower load factor exist, or were searched for."""
     phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
     if result.solution.is_only_state:
         phrases = [_ONLY]
@@ -295,13 +301,13 @@ def _lower_states(result: Outcome) -> list[str]:
 
 def _not_proven(result: Outcome) -> str:
     """Return the phrase that a load factor is not proven to be the least, with advice on a search."""
-    return f"not proven least{search_remark(result, 'lower ones')}"
+    return f"not proven least{search_remark(result, 'lower states')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase on lower load factors: the search made, or advice to search.
+    """Return the end of a phrase about lower load factors, which describes or advises a search for them.
 
-    ``states`` names the states in the remark, such as "lower ones".
+    ``states`` is the name of the states in the phrase, such as "lower states".
     """
     if result.time_limit_reached:
         seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
@@ -316,10 +322,10 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase on lower load factors, with the option that searches for lower states.
+    """Return the end of a phrase about lower load factors, with the option that starts a search for them.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
-    used. ``states`` names the states, such as "lower ones".
+    used. ``states`` is the name of the states in the phrase, such as "lower states".
     """
     option = "option search=10" if method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
     return f" ({option} looks for {states})"

@@ -37,7 +37,7 @@ def some(names: list[str]) -> str:
 def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:
     """Return the pairs of blocks in the values of a reason as text, such as "'A'–'B', 'B'–'C'".
 
-    ``remarks`` has a remark on each pair, which follows in brackets; by default there are none.
+    ``remarks`` are texts that follow the pairs in brackets, one for each pair; by default there are none.
     """
     brackets = [f" ({remark})" for remark in remarks] or [""] * len(v["pairs"])
     return some([f"{a!r}–{b!r}{bracket}" for (a, b), bracket in zip(v["pairs"], brackets, strict=True)])

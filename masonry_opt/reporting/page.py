@@ -15,7 +15,7 @@ from masonry_opt.solution.stability import Stability
 #: Explanation of each residual of the certificate, as printed on a page.
 RESIDUAL_MEANINGS = {
     "equilibrium": "out-of-balance forces, relative to the dead load",
-    "yield": "excess over a yield condition (friction, compression, rocking), in block weights",
+    "yield": "violation of a yield condition (friction, compression, rocking), in block weights",
     "flow": "motion that violates the flow rule, relative to the largest velocity",
     "complementarity": "energy of joints that move but do not yield, in units of λ",
 }
@@ -27,7 +27,7 @@ def text(words: str) -> str:
 
 
 def headline(result: Outcome) -> str:
-    """Return the method's own load factor with its name, or the answer without it, as HTML."""
+    """Return the main answer of a result as HTML: the load factor with its name, or "no load factor"."""
     if result.stability:
         return text(STABLE)
     if result.load_factor is None:
@@ -61,7 +61,8 @@ def answer(result: Outcome) -> str:
 def certificate(result: Outcome) -> str:
     """Return the residuals of the certificate as a table in HTML.
 
-    For a result without load factor, the text states what is proven about its existence, or is empty.
+    For a result without load factor, the text states what is proven about the existence of a load factor.
+    Without a proof the text is empty.
     """
     if result.stability:
         return _of_forces(result.stability)
@@ -101,7 +102,7 @@ def described(result: Outcome) -> str:
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Return text on the joints that begin to slide or to open at a load factor; "" without such joints.
+    """Return a text about the joints that begin to slide or to open at a load factor; "" without such joints.
 
     ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
     """

@@ -16,12 +16,12 @@ from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.solution.reasons import Code, Reason, Status
 from masonry_opt.solution.thresholds import SLIDES
 
-#: Numbers of this size and larger are printed with a power of ten instead of decimals. With seven decimals,
-#: they would show more digits than a double has.
+#: Numbers of at least this size are printed with a power of ten instead of decimals. Decimals would show more
+#: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: Ratio of two blocks' dead loads above which a message names the ratio as the reason of an undecided result.
-#: With such a ratio, solvers keep only one or two correct digits.
+#: Ratio of the dead loads of two blocks above which a message names the ratio as the reason why stability is
+#: undecided. At this ratio, the answers of solvers have only one or two correct digits.
 _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
@@ -43,15 +43,15 @@ _RESIDUAL_NAMES = {
 
 #: Descriptions of the joints that a message lists, by the status of the result.
 _JOINT_DESCRIPTIONS = {
-    Status.LOCKED: "joints that slide but cannot open as associative flow demands",
+    Status.LOCKED: "joints that slide but cannot open as associative flow requires",
     Status.UNLIMITED: "joints that carry the live load",
     Status.JAMMED: "joints whose normal forces grow most",
 }
 
-#: Methods whose user chooses the solver.
+#: Methods that let the user choose the solver.
 _SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
 
-#: Descriptions of changed options with which the loop is run again, by the name of the option.
+#: Descriptions of the options that are changed when the loop of linear programs is run again, by option name.
 _REMEDIES = {
     "sub_problems": "sub-problems solved accurately",
     "alpha": "a smaller slope of the shear limits",
@@ -82,8 +82,11 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice on the loop of linear programs; after another method, first advise to use the loop."""
-    return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
+    """Return advice about the loop of linear programs.
+
+    If another method was used, also advise to use the loop.
+    """
+    return advice if v["method"] == "nonassociative" else f"use method 'nonassociative' and {advice}"
 
 
 def _try_another_solver(v: dict[str, Any]) -> str:
@@ -110,8 +113,8 @@ def _carried(v: dict[str, Any]) -> str:
         return "equilibrium alone fixes the forces that carry the dead load"
     many = "one of many solutions that carry the dead load"
     if v["elastic"]:
-        return f"the forces shown are those of elastic contacts that come to rest: {many}"
-    return f"the forces shown were computed by an optimisation program and may contain self-stress: {many}"
+        return f"the forces shown were computed with elastic contacts and are {many}"
+    return f"the forces shown were computed by a program, may contain self-stress, and are {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -137,10 +140,13 @@ def _slides_on(v: dict[str, Any]) -> str:
 def _not_hinging(v: dict[str, Any]) -> str:
     """Return the reason why no finite motion is computed, such as joints that slide."""
     if v["pairs"]:
-        return f"only hinging mechanisms can be followed, and at the onset {_slide(v)}{_slip(v)}"
+        return f"only hinging mechanisms can be followed, but at the onset of collapse {_slide(v)}{_slip(v)}"
     if "turning" in v:
         alone = numeral(v["turning"], ".6g")
-        return f"λ differs from that of the turning body alone ({alone}), because other joints resist"
+        return (
+            f"λ differs from the load factor of the rotating body alone ({alone}), because other joints "
+            "resist the rotation"
+        )
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
         f"λ is below the associative load factor ({most}), and the capacity curve follows only the hinging "
@@ -152,12 +158,14 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
     """State that joints slide under the dead load, and the friction that would make the scene stable."""
     slides = _slide(v)
     if v["factor"] is not None:
-        condition = f"with all friction at least {rounded_up(v['factor'])} times as high"
+        condition = f"if the friction of all joints were at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
-        condition = f"if they could not slide; even {v['above']:.4g} times the friction is not enough"
+        condition = (
+            f"if these joints could not slide; even {v['above']:.4g} times the friction is not sufficient"
+        )
     else:
         condition = "with enough friction"
-    hangs = "the hanging blocks, which only friction can hold, would be stable"
+    hangs = "the hanging blocks, which only friction can support, would be stable"
     return f"{slides}: {hangs if v['hangs'] else 'the scene would be stable'} {condition}"
 
 
@@ -176,19 +184,23 @@ def _wedged(v: dict[str, Any]) -> str:
     load_factor = v["load_factor"]
     prefix = ""
     if load_factor is not None:
-        below = "below zero" if load_factor < 0 else "but no load factor exists from rest"
+        below = "which is below zero" if load_factor < 0 else "but no load factor exists from rest"
         prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
-    wedging = "only wedging carries the dead load, and the joints' flow rule does not sustain it"
-    return f"{prefix}{wedging}{support}"
+    return (
+        f"{prefix}only wedging forces carry the dead load, and with the flow rule of the joints these forces "
+        f"do not last{support}"
+    )
 
 
 def _undecided(v: dict[str, Any]) -> str:
     """State that stability under dead load could not be decided, and the inputs to check."""
-    undecided = "it is undecided if the scene is stable under its dead load"
     check = f"{_try_another_solver(v)}, or increase friction a little"
     if v["ratio"] > _VERY_DIFFERENT:
-        check = f"one block's dead load is {v['ratio']:.0e} times another's, so check units and weights"
-    return f"{undecided}: neither forces nor a mechanism were verified ('{v['word']}'); {check}"
+        check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
+    return (
+        "it is undecided if the scene is stable under its dead load: neither forces nor a mechanism were "
+        f"verified ('{v['word']}'); {check}"
+    )
 
 
 def _joints_or_points(v: dict[str, Any]) -> str:
@@ -207,9 +219,10 @@ def _not_certified(v: dict[str, Any]) -> str:
         "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
-    not_verified = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
-    sizes = "check for weights or lengths of very different size"
-    return f"{not_verified} ({residuals}): {_try_another_solver(v)}, and {sizes}"
+    return (
+        f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate "
+        f"({residuals}): {_try_another_solver(v)}, and check for weights or lengths of very different size"
+    )
 
 
 def _jumps(v: dict[str, Any]) -> str:
@@ -227,9 +240,9 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """State that the loop was run again with other options, and whether any run converged."""
+    """State that the loop of linear programs was run again with other options, and if a run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
-    words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
+    words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
 
 
@@ -263,12 +276,13 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """State that the load history led to no collapse state; name an option or method that looks for one."""
+    """State that the load history led to no collapse state, and which option or method finds a state."""
     steps = counted(v["steps"], "step")
-    ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
+    history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
-        ended = f"{ended}, nor did the loop of linear programs"
+        ended = f"neither {history} nor the loop of linear programs led to a collapse state"
         return ended if v["searched"] else f"{ended}: option search=10 looks for a collapse state"
+    ended = f"{history} led to no collapse state"
     is_history_alone = v["method"] in ("", "incremental")
     return (
         f"{ended}: method 'coulomb' looks for a collapse state in other ways" if is_history_alone else ended
@@ -286,15 +300,16 @@ def _imposed(v: dict[str, Any]) -> str:
     """Return text on the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces up to ten times all loads"] if v["forces"] else []
-    return f"{' and '.join(limits)}, limits that had to be assumed"
+    return f"{' and '.join(limits)} (these limits had to be assumed)"
 
 
 def _between(v: dict[str, Any]) -> str:
-    """Return the lowest and the highest of the load factors between which the loop alternates, as text."""
+    """Return, as text, the lowest and the highest load factor between which the loop alternates."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
-#: Sentence of each code: a format string for the values of the reason, or a function of these values.
+#: Sentence for each reason code. A sentence is a format string for the values of the reason, or a function of
+#: these values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.CARRIED: _carried,
     Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support the falling blocks",
@@ -307,26 +322,29 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
-        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
-        "carries its dead load from rest, but would fall without live load if it had the forces of that state"
+        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, which is not above zero: the "
+        "scene carries its dead load from rest, but with the forces of that state it would fall without "
+        "live load"
     ),
     Code.STOPPED_SHORT: (
-        "the solver stopped before its tolerance ('{word}'): check the residuals of the certificate"
+        "the solver stopped before it reached its tolerance ('{word}'): check the residuals of the "
+        "certificate"
     ),
     Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': {_try_another_solver(v)}",
     Code.DILATANCY_LOCKS: _dilatancy_locks,
     Code.NO_MECHANISM: (
-        "no mechanism lets the live load do work, so the scene carries any multiple of it: "
-        "check the direction of 'live' and which blocks carry it"
+        "no mechanism lets the live load do work, so the scene carries any multiple of the live load: check "
+        "the direction of 'live', and the blocks on which it acts"
     ),
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists; in every mechanism in which the live load does work, some "
         f"moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield conditions "
-        f"that exclude each other, {counted(v['kinematic_cuts'], 'set')} of which at least one must move)"
+        f"that exclude each other, and {counted(v['kinematic_cuts'], 'set')} in which at least one condition "
+        "must move)"
     ),
     Code.CARRIES_ANY: (
-        "proven: forces within friction carry any multiple of the live load; not proven is that no collapse "
-        "state exists, because a mechanism exists"
+        "proven: joint forces within the friction limits carry any multiple of the live load; a collapse "
+        "state may still exist, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
         f"these joints carry the live load in both directions by self-stress that no load causes: {pairs(v)}"
@@ -334,14 +352,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
         "permanent forces (dead load, prestress, earth pressure) drive the mechanism; the live load only "
-        "reduces the pressure on joints, and "
-        + ("resists the mechanism" if v["against"] else "does no work in the mechanism")
+        f"reduces the pressure on joints, and {'resists' if v['against'] else 'does no work in'} the "
+        "mechanism"
         + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
     ),
     Code.TIME_LIMIT: _time_limit,
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: (
-        "the load factor of the loop exceeded the associative one by {by:.1e}; the associative one is given"
+        "the load factor of the loop exceeded its upper bound, the associative load factor, by {by:.1e}; the "
+        "associative load factor is reported instead"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
         "the associative answer already obeys the joints' own flow rule; to look for a lower load factor, "
@@ -387,8 +406,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"lost between λ = {numeral(v['carried'], '.6g')} and {numeral(v['not_carried'], '.6g')}"
     ),
     Code.UNBOUNDED: lambda v: (
-        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
-        f"{counted(v['steps'], 'step')}"
+        "no collapse occurs from rest: joints that press ever harder carry any multiple of the live load, as "
+        f"{counted(v['steps'], 'step')} of the load history prove"
     ),
     Code.NOT_COMPUTED: lambda v: (
         f"not computed for {_joints_or_points(v)}, because load histories take long: use method 'incremental'"
@@ -402,8 +421,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         )
     ),
     Code.SPREAD: lambda v: (
-        f"incremental λ in {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with random "
-        f"stiffness of contacts, {_ranged(v['stress'])} with random self-stress"
+        f"the incremental λ is {_ranged(v['stiffness'])} with random stiffness of contacts, and "
+        f"{_ranged(v['stress'])} with random self-stress, in {counted(v['draws'], 'draw')} each"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
     Code.LOCAL_MINIMUM: "the answer is a local minimum, with products z p of at most ε = {epsilon:.0e}",
@@ -412,11 +431,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NOTHING_SOLVED: "no relaxed program was solved: give a smaller 'epsilon', or a result as 'start'",
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, which is weak evidence after {counted(v['candidates'], 'start')}, because "
-        "equilibrium does not fix the forces"
+        f"all load factors agree, but after only {counted(v['candidates'], 'start')} this is weak evidence, "
+        "because equilibrium does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
-        f"states with a lower λ were searched for from {counted(v['candidates'], 'start')}"
+        f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",

@@ -9,8 +9,8 @@ from masonry_opt.solution.stability import Stability
 #: First line of the answer if a scene without live load is stable.
 STABLE = "stable under its dead load"
 
-#: Friction factors up to this value, geometric margins as close to 1, and margins of the worst joint up to
-#: this value are described in words, because bisections end there.
+#: Accuracy at which the bisections for the reserves end. A friction factor or joint margin below this value
+#: is described in words instead of a number, and so is a geometric margin that differs by less from 1.
 _NEGLIGIBLE_RESERVE = 2e-4
 
 
@@ -40,7 +40,7 @@ def reserves(result: Outcome) -> dict[str, str]:
 
 
 def _least_friction(stability: Stability, friction: list[float]) -> str:
-    """Return text on the least friction with which a scene is stable; "" if it is not known."""
+    """Return a text about the least friction with which a scene is stable; "" if this friction is unknown."""
     factor = stability.least_friction_factor
     if factor is None:
         return ""
@@ -49,13 +49,17 @@ def _least_friction(stability: Stability, friction: list[float]) -> str:
     if factor <= _NEGLIGIBLE_RESERVE:
         return f"less than {_NEGLIGIBLE_RESERVE:g} times the friction of the joints"
     if stability.least_friction is None:
-        return f"{numeral(factor, '.4g')} times the friction of each joint; with less the scene is unstable"
+        times = numeral(factor, ".4g")
+        return f"{times} times the friction of each joint; with less friction the scene is unstable"
     least = numeral(stability.least_friction, ".4g")
     return f"{least}; with less friction the scene is unstable (the joints have {friction[0]:g})"
 
 
 def _thrust(stability: Stability) -> str:
-    """Return text on the middle part of the joints into which all resultants fit; "" if it is not known."""
+    """Return a text about the middle part of the joints into which all resultants fit.
+
+    "" if it is unknown.
+    """
     margin = stability.geometric_margin
     if margin is None:
         return ""
@@ -65,13 +69,16 @@ def _thrust(stability: Stability) -> str:
 
 
 def _worst_joint(stability: Stability) -> str:
-    """Return text on the joint whose resultant is nearest to its edge; "" without such a joint."""
+    """Return a text about the joint whose resultant is nearest to the edge; "" without such a joint."""
     worst = stability.worst_joint
     if worst is None:
         return ""
     joint = pairs({"pairs": [[worst.first, worst.second]]})
     distance, share = numeral(worst.distance, ".4g"), numeral(100 * worst.margin, ".3g")
-    where = f"{joint}: resultant {distance} from the joint's edge, {share} % of the distance to its middle"
+    where = (
+        f"{joint}: the resultant acts {distance} from the edge of the joint, which is {share} % of the "
+        "distance from the edge to the middle"
+    )
     if worst.margin <= _NEGLIGIBLE_RESERVE:
-        where = f"{joint}: resultant at the edge of the joint"
+        where = f"{joint}: the resultant acts at the edge of the joint"
     return where if stability.unique else f"{where}, with the forces shown"

@@ -29,7 +29,7 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO
 
-#: Codes of reasons that describe the analysis and not the scene.
+#: Reason codes that describe the course of the analysis instead of the scene.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 _MOST_TIES = 4  #: Largest number of ties and props that are listed; the others are counted.
@@ -58,7 +58,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """Return one text for each label, on everything in a result except its load factors and status."""
+    """Return all facts of a result except its load factors and its status, as one text for each label."""
     known = {
         **({"forces": _why(result)} if result.stability else {"why": _why(result)}),
         **reserves(result),
@@ -78,22 +78,22 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _says_why_not_incremental(result: Outcome) -> bool:
-    """Return True if a live load acts on a stable scene without load factor.
+    """Return True if the summary states why there is no incremental load factor.
 
-    The incremental analysis is then described.
+    This is the case if a live load acts on a stable scene that has no load factor.
     """
     return result.load_factor is None and result.status.live_load_acts
 
 
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
-    """Return the sentences of the reasons that have one of the codes."""
+    """Return the sentences of all reasons of a result whose code is one of ``codes``."""
     return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
 
 
 def _why(result: Outcome) -> str:
     """Return the reasons for a missing load factor, or for a collapse without work of the live load.
 
-    Reasons that describe the analysis only are left out, unless there are no others.
+    Reasons that describe only the analysis are omitted if the result has other reasons.
     """
     if result.status.usable:
         return "".join(_sentences_of(result, Code.NO_WORK))
@@ -101,7 +101,7 @@ def _why(result: Outcome) -> str:
     return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
 
 
-#: Labels of the line on moving blocks and joints, by the name of the load factor.
+#: Label of the line about moving blocks and joints, by the name of the load factor.
 _AT = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
@@ -112,7 +112,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and text with the numbers of moving blocks and of joints by kind of motion.
+    """Return a label, and a text that counts the moving blocks, and the joints by kind of motion.
 
     The value is None if no motion is known.
     """
@@ -135,7 +135,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return text on ties and props with their forces; ties and props that yield come first.
+    """Return a text about ties and props with their forces; those that yield come first.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
@@ -147,7 +147,7 @@ def _ties(result: Outcome) -> str:
     phrases = []
     for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
         predicate = "yields at" if tie["yields"] else "carries"
-        # A force that is zero but for the rounding of a solver is written as zero.
+        # A force of the size of rounding errors is printed as zero.
         carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
         force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
         phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
@@ -171,7 +171,7 @@ def _live_load(result: Outcome) -> str:
     multiples = Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight))
     if multiples:
         factor = f"{_vector(next(iter(multiples)))} times" if len(multiples) == 1 else "multiples of"
-        # Old tables of generators use the key "live" for multiples of the weight, not for forces.
+        # In old tables of generators, the key "live" means a multiple of the weight instead of a force.
         tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
         given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
         phrases.append(f"{factor} the weight of {counted(multiples.total(), 'block')}{given_as}")
@@ -194,7 +194,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """Yield a line of text on each fill: touched edges, weight, spread of loads and pressure."""
+    """Yield a description of each fill: the edges that it touches, its weight, load spread and pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
@@ -207,8 +207,10 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         phrases.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
-            between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
-            phrases.append(f"{between}, at rest {at_rest:.4g} σ (K_0); σ is unit weight times depth")
+            phrases.append(
+                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
+                "(K_0); σ is unit weight times depth"
+            )
         else:
             phrases.append("no pressure")
         if fill.backing:
@@ -225,7 +227,10 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
 
 
 def _friction(result: Outcome) -> str:
-    """Return text on the friction law in space and on the points where forces act; "" in the plane."""
+    """Return a text about the friction law in space and the points at which joint forces act.
+
+    "" in the plane.
+    """
     if result.size.contacts is None:
         return ""
     unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
@@ -233,16 +238,19 @@ def _friction(result: Outcome) -> str:
     if result.incremental is not None and incremental and incremental.friction_law != result.friction_law:
         phrases.append(f"incremental λ {friction_law(incremental)}")
     if result.load_factor is not None:
-        phrases.append("forces act at contacts, the corners of joints")
+        phrases.append("joint forces act at contact points, which are the corners of joints")
     return "; ".join(phrases)
 
 
 def _crushing(result: Outcome) -> str:
-    """Return text on the crushing laws of the load factor and of the associative load factor."""
+    """Return a text about the crushing laws of the load factor and of the associative load factor."""
     if not result.crushing or (result.load_factor is None and result.associative is None):
         return ""
     if result.crushing == "parabola":
-        return f"by the parabola itself (only 'static' and 'kinematic' with Clarabel; others: {BY_CHORDS})"
+        return (
+            "by the parabola itself (only methods 'static' and 'kinematic' with Clarabel; all other methods: "
+            f"{BY_CHORDS})"
+        )
     associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ likewise"
     return f"by {BY_CHORDS}{associative}"
 
@@ -276,7 +284,7 @@ def _reference(result: Outcome) -> str:
 
 
 def _technical(result: Outcome) -> dict[str, str]:
-    """Return the technical lines of a summary, one text for each label."""
+    """Return the technical lines of a summary, such as residuals and times, as one text for each label."""
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
     if result.stability:
@@ -310,15 +318,17 @@ def log_sentences(result: Outcome) -> Iterator[str]:
 
 
 def _alignment(result: Outcome) -> str:
-    """Return text on the largest rotation and shift by the alignment of joints; "" if no joint moved."""
+    """Return a text about the largest changes by the alignment of joints; "" if no joint was changed."""
     if not result.largest_turn and not result.largest_shift:
         return ""
-    moved = f"joints turned by up to {result.largest_turn:.1e} rad, contact points moved by up to"
-    return f"{moved} {result.largest_shift:.1e} (tolerance {result.assembly.geometry.tolerance:.1e})"
+    return (
+        f"joints were turned by up to {result.largest_turn:.1e} rad, and contact points were moved by up to "
+        f"{result.largest_shift:.1e} (tolerance {result.assembly.geometry.tolerance:.1e})"
+    )
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text; "" if only the answer is known."""
+    """Return the bounds of the least load factor as text; "" if no bound other than the answer is known."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -327,7 +337,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return text on the numbers of solved programs and of solver iterations or load steps."""
+    """Return a text with the numbers of solved programs, and of solver iterations or load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
@@ -336,7 +346,7 @@ def _programs(result: Outcome) -> str:
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:
-    """Return phrases on omitted parts of the model, such as sliding of joints with unlimited friction."""
+    """Return phrases about motions that are not modelled, such as sliding with unlimited friction."""
     problem, joints = assembly.problem, assembly.joints
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {

@@ -37,7 +37,7 @@ _RESIDUAL_COLUMNS = (
 #: lines.
 SECONDS_BETWEEN_LINES = 10.0
 
-#: Pattern of a row of the table of load factors: two spaces, then a name. Other lines have more spaces.
+#: Pattern of a row of the table of load factors, which begins with exactly two spaces and a name.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
 #: Stream to which results are printed while standard output is redirected; None stands for standard output.
@@ -71,8 +71,8 @@ def print_text(text: str) -> None:
 def print_result(text: str, bold_line: int | None = 1) -> None:
     """Print the lines of a result on standard output, and its warnings on standard error.
 
-    On a terminal, load factors are bold and warnings are yellow. ``bold_line`` is the number of another line
-    that is bold, counted from 0; with None there is no such line.
+    On a terminal, load factors are bold and warnings are yellow. The line with number ``bold_line``, counted
+    from 0, is bold too, unless ``bold_line`` is None.
     """
     lines = text.split("\n")
     results = [line for line in lines if not line.startswith(WARNING)]
@@ -171,9 +171,9 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         numeric = is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
-        # Square brackets in a cell are no markup.
+        # Cells are Text objects, because Rich would interpret square brackets in a string as markup.
         table.add_row(*(Text(_cell(str(column), value)) for column, value in record.items()))
-    # The width is fixed, so that a table is equal in a pipe, in a file and on a terminal.
+    # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal.
     text = io.StringIO()
     Console(file=text, width=150).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
@@ -181,8 +181,8 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
 
 def _cell(column: str, value: object) -> str:
     """Return a value as the text of a table cell, in a number format that depends on the column."""
-    # The module of sentences imports the problem with much of SciPy, which takes long. The list of commands,
-    # which imports this module, must not wait for it.
+    # Import the module here, because it imports much of SciPy, which takes long. The list of commands
+    # (--help) also imports the present module, and must appear at once.
     from masonry_opt.reporting.sentences import numeral
 
     if not isinstance(value, float):

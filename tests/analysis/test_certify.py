@@ -255,8 +255,8 @@ def test_a_state_in_which_the_live_load_does_no_work():
         ((0.5, Q[:2], D), "shape (3,) (found an array of shape (2,))"),
         ((0.5, [[0.0], [1.0, 2.0]], D), "q must be"),
         ((0.5, ["a", "b", "c"], D), "q must be"),
-        ((0.5, [0.0, np.nan, -0.5], D), "q must have finite numbers: entry no. 1, n2[A|floor], is nan"),
-        ((0.5, Q, [1.0, 0.5, np.inf]), "d must have finite numbers: entry no. 2, omega[A], is inf"),
+        ((0.5, [0.0, np.nan, -0.5], D), "q must contain only finite numbers, but entry no. 1 (n2[A|floor])"),
+        ((0.5, Q, [1.0, 0.5, np.inf]), "d must contain only finite numbers, but entry no. 2 (omega[A]) is"),
         ((0.5, Q, [1.0, 0.5]), "d must be an array of one velocity for each row of B, shape (3,)"),
     ],
 )

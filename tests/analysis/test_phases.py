@@ -96,7 +96,7 @@ ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
 #: Arguments of commands that may take long, and a part of a line that they show.
 LONG = {
     "capacity": (("case.toml",), "incremental analysis: load step 1"),
-    "check": (("case.toml",), "comparing static with kinematic"),
+    "check": (("case.toml",), "comparing the static with the kinematic formulation"),
     "compare": (("case.toml", "--out", "out", "--repeats", "1", "--methods", "static", *ONE_PAIR), "static"),
     "crossing": (("axles.toml", "--method", "static"), "crossing: first axle at"),
     "directions": (("case.toml",), "directions: to the right: method 'coulomb'"),

@@ -263,7 +263,7 @@ def test_a_scene_is_proven_for_users():
     found = mo.prove_least(FOLDER / "wall_13_joints.toml")
     assert found.load_factor == pytest.approx(LEAST["wall_13_joints"], rel=TOLERANCE)
     assert found.proof is not None
-    assert "is the least, proven by" in str(found)
+    assert "is the least load factor, which" in str(found)
     assert mo.check_proof(FOLDER / "wall_13_joints.toml", found.proof).holds
     with pytest.raises(mo.OptionError, match="seconds must be a positive number"):
         mo.prove_least(FOLDER / "wall_13_joints.toml", seconds=0)
@@ -272,7 +272,7 @@ def test_a_scene_is_proven_for_users():
 def test_users_read_why_there_is_no_proof(no_proof):
     found = mo.prove_least(corner_wall(2, 2, 2))
     assert found.proof is None
-    assert "not proven least: proofs exist only for scenes in the plane" in str(found)
+    assert "not proven to be the least: proofs exist only for scenes in the plane" in str(found)
     late = mo.prove_least(FOLDER / "stones_14_joints.toml", seconds=1e-9)
     assert late.proof is None
     assert "did not end within" in str(late)
@@ -314,15 +314,15 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a kinematic clause without one of its conditions": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "too large a residual",
+        "is too large for a proof",
     ),
     "a motion that is bent": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
-        "too large a residual",
+        "is too large for a proof",
     ),
     "forces that are bent": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
-        "too large a residual",
+        "is too large for a proof",
     ),
     "multipliers turned around": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),
@@ -351,7 +351,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "senses that are none": (
         lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not both senses of one joint",
+        "not the two senses of sliding of one joint",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),

@@ -58,7 +58,7 @@ def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
     comparison.terminate()
     _, said = comparison.communicate(timeout=30)
     assert comparison.returncode == 130, said
-    assert "continues where it stopped" in said
+    assert "repeat the command to continue" in said
     assert is_gone(comparison.pid)
 
 

@@ -200,7 +200,7 @@ def test_solving_leaves_out_cases_of_axles_alone():
     assert (warning.code, warning.values["names"]) == (Code.AXLES_LEFT_OUT, [])
     alone = of.model_copy(update={"load_cases": of.load_cases[:1]})
     for solves in (lambda: mo.solve_cases(alone), lambda: mo.solve(alone, load_case="alone")):
-        with pytest.raises(mo.CaseError, match="'alone': its only live loads are axles"):
+        with pytest.raises(mo.CaseError, match="'alone': the only live loads are axles"):
             solves()
 
 

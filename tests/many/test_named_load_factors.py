@@ -6,7 +6,7 @@ from scenes import axles_on_a_beam, block_on_floor, two_blocks
 import masonry_opt as mo
 from masonry_opt.studies.many.sweep import summary_text
 
-NOT_PROVEN = "lowest found (exact collapse states, not proven least)"
+NOT_PROVEN = "lowest found (exact collapse states that are not proven to have the least load factors)"
 UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
 PROVEN = "least, proven (exact collapse states, proven to have the least load factors)"
 METHODS = [("coulomb", PROVEN), ("static", UPPER_BOUND)]

@@ -15,7 +15,10 @@ from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of
 from masonry_opt.studies.writing import JOURNAL, Journal
 
 #: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
-IN_DEGREES = "friction 31 of [joints] is higher than in dry joints: is it in degrees? tan 31° = 0.601"
+IN_DEGREES = (
+    "the friction coefficient 31 of [joints] is higher than in dry joints of masonry: is it in degrees? "
+    "tan 31° = 0.601"
+)
 #: The record of this warning in JSON.
 RECORD = {"sentence": IN_DEGREES, "code": "friction high", "friction": 31.0, "pairs": []}
 STATIC = ("--method", "static")
@@ -168,7 +171,7 @@ def test_a_study_in_python_of_which_nothing_was_solved_raises():
 def test_axles_are_not_compared(doubtful, command):
     """Of moving axles no method has a load factor: refused at once, with the command that answers."""
     error = command.refused("compare", doubtful / "axles.toml", "--out", doubtful / "out")
-    assert "use crossing" in error
+    assert "use 'crossing'" in error
     assert not (doubtful / "out").exists()
 
 

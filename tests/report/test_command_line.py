@@ -133,7 +133,7 @@ def test_quiet_prints_warnings_on_standard_error(monkeypatch, capsys, saved):
     code, out, err = run_command(monkeypatch, capsys, "solve", saved(block_on_floor(friction=31)), "--quiet")
     assert code == 0
     assert len(out.splitlines()) == 1
-    assert err.startswith("warning: friction")
+    assert err.startswith("warning: the friction coefficient 31")
 
 
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
@@ -179,7 +179,7 @@ def test_steps_are_named_while_it_runs(watched, command):
 
     told = watched(import_module("masonry_opt.cli.command"), "residuals_of_step", interrupted)
     err = command.refused("solve", WALL_1, code=130)
-    assert f"the last was load step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
+    assert f"the last step was load step 3: λ = {told[-1][0].load_factor:.6f}, which is not the answer" in err
 
 
 def test_the_command_prints_what_python_prints(command, saved):

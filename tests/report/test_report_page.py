@@ -227,7 +227,7 @@ def test_an_interrupted_search_writes_no_page(watched, press_ctrl_c, command, tm
     asked = ("report", tmp_path / "block.toml", "--method", "static", "--out", page)
     error = command.refused(*asked, code=130)
     assert not page.exists()
-    assert "interrupted: no page written" in error
+    assert "interrupted: no page was written" in error
 
 
 def test_what_cannot_be_reported_is_named(command, tmp_path):

@@ -82,15 +82,15 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     assert "Traceback" not in ended.stderr
     # CasADi says in a line of its own that it was stopped, if IPOPT had begun.
     last = ended.stderr.splitlines()[-1]
-    assert last.startswith("error: interrupted: the last was iteration ")
-    assert last.endswith("not the answer; no file written")
+    assert last.startswith("error: interrupted: the last step was iteration ")
+    assert last.endswith("not the answer; no file was written")
 
 
 @pytest.mark.parametrize(
     ("library", "words"),
     [
         ("scipy", ""),
-        ("highspy", ": no load factor was found; no file written"),
+        ("highspy", ": no load factor was found; no file was written"),
     ],
 )
 def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):

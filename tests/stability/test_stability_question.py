@@ -180,14 +180,14 @@ def test_a_stone_that_nothing_presses_is_unstable_from_rest_and_held_by_statics_
 
 def test_without_any_load_the_message_says_what_to_give():
     scene = ramp(0.1, weight=0.0)
-    with pytest.raises(mo.CaseError, match="no block carries a load: give 'weight'"):
+    with pytest.raises(mo.CaseError, match="no block carries a load: give the blocks a 'weight'"):
         mo.solve(scene)
 
 
 def test_studies_that_need_a_live_load_say_so(tmp_path):
     scene = ramp(0.1)
     mo.save(scene, tmp_path / "ramp.toml")
-    with pytest.raises(mo.CaseError, match=r"no block carries a live load.*'solve' answers"):
+    with pytest.raises(mo.CaseError, match=r"no block carries a live load.*'solve' computes only"):
         mo.compare(tmp_path / "ramp.toml", methods=["static"])
     with pytest.raises(mo.CaseError, match="no block carries a live load"):
         mo.prove_least(scene)
@@ -195,7 +195,7 @@ def test_studies_that_need_a_live_load_say_so(tmp_path):
         mo.export(scene, tmp_path / "ramp.lp")
     with pytest.raises(mo.OptionError, match="a capacity curve needs a live load"):
         mo.capacity(mo.solve(scene))
-    with pytest.raises(NoLoadFactorError, match="the scene is stable, but no live load acts"):
+    with pytest.raises(NoLoadFactorError, match="the scene is stable, but it has no load factor"):
         mo.solve(scene).required()
 
 

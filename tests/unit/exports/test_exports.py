@@ -336,8 +336,8 @@ def test_the_clauses_of_a_result_are_those_of_its_proof(tmp_path):
 
 
 def test_clauses_without_a_proof_are_refused(tmp_path):
-    with pytest.raises(mo.OptionError, match="there is none: proofs exist only for scenes in the plane"):
+    with pytest.raises(mo.OptionError, match="no proof was found: proofs exist only for scenes in the plane"):
         mo.export(corner_wall(2, 2, 2), tmp_path / "corner.cnf")
-    with pytest.raises(mo.OptionError, match="'method' selects a program"):
+    with pytest.raises(mo.OptionError, match="'method' cannot be used for the clauses"):
         mo.export(two_blocks(), tmp_path / "two.cnf", "static")
     assert not list(tmp_path.iterdir())

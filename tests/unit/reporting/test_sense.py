@@ -295,7 +295,7 @@ def test_fill_of_another_unit_than_the_blocks(fill, backing, masonry, expected, 
 def test_a_warning_of_units_names_both_values():
     (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
     assert sentence == (
-        "the unit weight of fill no. 1 is 18000, but that of the blocks is 22: "
+        "the unit weight of fill no. 1 is 18000, but the unit weight of the blocks is 22: "
         "these values look like N/m³ and kN/m³ (1 kN/m³ is 1000 N/m³); use the same units for both weights"
     )
     (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))

@@ -100,7 +100,8 @@ WORDS = {
     ),
     Code.FRICTION_WOULD_HOLD: (
         reason(Code.FRICTION_WOULD_HOLD, pairs=[["A", "B"]], factor=1.44341, above=1.443, hangs=False),
-        "'A'–'B' slides: the scene would be stable with all friction at least 1.444 times as high",
+        "'A'–'B' slides: the scene would be stable if the friction of all joints were at least 1.444 times "
+        "as high",
     ),
     Code.PROVEN: (
         reason(Code.PROVEN, bound=-0.0, load_factor=-3e-17, rates=None, forces=False),
@@ -117,8 +118,8 @@ WORDS = {
     ),
     Code.SPREAD: (
         reason(Code.SPREAD, draws=12, stiffness=(0.15, 0.25), stress=None, without=13),
-        "incremental λ in 12 draws each: 0.15–0.25 with random stiffness of contacts, none with random "
-        "self-stress (13 of these load histories led to no collapse)",
+        "the incremental λ is 0.15–0.25 with random stiffness of contacts, and none with random self-stress, "
+        "in 12 draws each (13 of these load histories led to no collapse)",
     ),
 }
 
@@ -266,7 +267,7 @@ def test_other_methods_lead_with_their_own_load_factor(no_proof):
     assert list(table(mo.solve(two_blocks(), "incremental"))) == ["incremental", "associative"]
     loop = table(mo.solve(two_blocks(), "nonassociative"))
     assert list(loop) == ["found", "incremental", "associative"]
-    assert "its residuals are too large to be exact (flow" in loop["found"][1]
+    assert "that is not exact: its residuals are too large (flow" in loop["found"][1]
     off = mo.solve(two_blocks(), "coulomb", incremental=False)
     assert list(table(off)) == ["lowest found", "associative"]
 
@@ -286,7 +287,7 @@ def test_what_is_left_after_the_peak_is_said():
     after_peak = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(after_peak)["incremental"]
     assert value == "0.21"
-    assert remark.endswith(f"only λ = {result.incremental:.6g} is carried once the blocks move")
+    assert remark.endswith(f"once the blocks move, they carry only λ = {result.incremental:.6g}")
 
 
 def test_a_missing_incremental_load_factor_is_explained():
