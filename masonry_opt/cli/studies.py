@@ -104,10 +104,10 @@ def capacity(
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: a load factor exists; 1: none exists; 2: wrong case file or option; 130: interrupted.
+    """Exit code 0: a load factor exists; 1: none exists, or stopped; 2: wrong input; 130: interrupted.
 
-    With --required-factor, exit code 0: passed; 1: failed or not decided. An interrupted crossing prints the
-    worst position solved so far.
+    With --required-factor, exit code 0: passed; 1: failed or not decided. --time-limit is the time of the
+    whole crossing. A stopped or interrupted crossing prints the worst position solved so far.
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # an unusable path of the picture is reported before the scene is solved
@@ -125,6 +125,8 @@ def crossing(
     else:
         print_result(f"{answer}{positions}", bold_line=None)
     save(answer, plot if answer.passages else None, drawing)
+    if answer.time_limit_reached:
+        return False
     if answer.interrupted:
         raise InterruptedByUserError(f"interrupted: {counted(len(answer.table), 'position')} solved")
     return answer.load_factor is not None if answer.passed is None else answer.passed

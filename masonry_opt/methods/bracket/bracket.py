@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict
 
-from masonry_opt.deadline import TimeLimitReached, limited, unlimited
+from masonry_opt.deadline import TimeLimitReached, limited, seconds_left, unlimited
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
@@ -85,9 +85,11 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # The programs divide the time among them, and each has at least one second.
+        # The programs divide the time among them, and each has at least one second. The time limit of a study
+        # of several scenes may end before that of the method.
+        ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
-            solution = _raised(task, solution, rising, began)
+            solution = _raised(task, solution, rising, began, ends)
     solution = _concluded(problem, solution, rising.of, options)
     solution = replace(solution, below_zero=start.below_zero)
     return solution.telling(*(entry for entry in start.reasons if entry.code is Code.BELOW_ZERO))
@@ -110,12 +112,14 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
-def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """Raise the lower bound of a solution by programs of products until time is up; return the solution.
+def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
+    """Raise the lower bound of a solution by programs of products until a time; return the solution.
+
+    ``began`` and ``ends`` are values of ``time.perf_counter``.
 
     On scenes with few joints, the forces of the programs are starts for lower states.
     """
-    problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
+    problem, refiner = task.problem, refiner_of(task)
     for step, size, forces in rising.programs(ends, began):
         task.progress(step)
         solution = replace(solution, size=size)
