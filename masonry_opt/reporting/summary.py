@@ -225,8 +225,11 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
 
 
 def _friction(result: Outcome) -> str:
-    """Return text on the friction law in space and on the points where forces act; "" in the plane."""
-    if result.size.contacts is None:
+    """Return text on the friction law in space and on the points where forces act; "" without contacts.
+
+    Scenes in the plane have no contacts in this sense, nor have scenes that hang on ties alone.
+    """
+    if not result.size.contacts:
         return ""
     unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
     phrases = [friction_law(result)] if unlimited or result.friction_law else []

@@ -109,8 +109,9 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
         itself = "a generator names its blocks '1-1', ..., 'base'; give each generator a 'name'"
         yield f"blocks no. {first} and no. {second} are both named '{name}': rename one ({itself})"
     fixed = {block.name: block.fixed for block in scene.blocks}
-    if not any(fixed.values()):
-        yield "no block is fixed: mark the support with 'fixed = true'"
+    hangs_on_ground = any(GROUND in strut.between for strut in (*scene.ties, *scene.props))
+    if not any(fixed.values()) and not hangs_on_ground:
+        yield "no block is fixed: mark the support with 'fixed = true', or end a tie at \"ground\""
     if all(fixed.values()):
         yield "every block is fixed: nothing can move"
     yield from _wrong_dimension(scene)

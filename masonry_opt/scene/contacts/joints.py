@@ -416,17 +416,19 @@ def refuse_floating(
 
     ``joined`` holds the two blocks of each joint, ``closes_gaps`` is the option that closes the small gaps.
     """
-    fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    # Treat the ground as a fixed block: both are supports for ties and props that end there.
-    ground = int(fixed.argmax())
+    # Ties and props that end at the ground support a block, as a fixed block does.
+    supported = scene.fixed.copy()
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
-        ends = [index.get(name, ground) for name in strut.between]
-        first, second = np.append(first, ends[0]), np.append(second, ends[1])
-    group = linked(count, first, second)
-    loose = np.flatnonzero(~np.isin(group, group[fixed]))
-    bridge = find_bridge(scene, shapes, (first, second), closes_gaps) if len(loose) else None
+        ends = [index[name] for name in strut.between if name in index]
+        if len(ends) == 1:
+            supported[ends] = True
+        else:
+            first, second = np.append(first, ends[0]), np.append(second, ends[1])
+    group = linked(len(scene.blocks), first, second)
+    loose = np.flatnonzero(~np.isin(group, group[supported]))
+    bridge = find_bridge(scene, shapes, (first, second), supported, closes_gaps) if len(loose) else None
     if bridge:
         # List the blocks that the advised tolerance connects first, and the remaining blocks after them.
         loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)

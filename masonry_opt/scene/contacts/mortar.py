@@ -69,7 +69,11 @@ class Bridge:
 
 
 def find_bridge(
-    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], near: Closing
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    supported: np.ndarray,
+    near: Closing,
 ) -> Bridge | None:
     """Return the smallest tolerance that connects floating blocks to supports; None if no tolerance does.
 
@@ -83,7 +87,9 @@ def find_bridge(
     shapes : Extents
         Its shapes.
     joined : tuple of ndarray
-        The two blocks of each joint, tie and prop.
+        The two blocks of each joint, and of each tie and prop between blocks.
+    supported : ndarray
+        True for each block that is fixed, or that a tie or prop connects to the ground, shape (blocks,).
     near : Closing
         Option that closes the small gaps of the scene.
     """
@@ -94,7 +100,7 @@ def find_bridge(
         """Return the blocks that remain without support when gaps up to a given width are closed."""
         closed = ends[facing.most <= gap]
         group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
-        return np.flatnonzero(~np.isin(group, group[scene.fixed]))
+        return np.flatnonzero(~np.isin(group, group[supported]))
 
     before, remaining = len(floating(-np.inf)), floating(np.inf)
     if len(remaining) == before:
