@@ -79,7 +79,7 @@ def capacity(
     if plot is not None:
         refuse_picture(plot, **drawing)
     periods = None if spectrum is None else _spectrum(spectrum)
-    with waiting("capacity", json) as work:
+    with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
         onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
         work.phase("following the mechanism")
@@ -112,7 +112,7 @@ def crossing(
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # an unusable path of the picture is reported before the scene is solved
         refuse_file(plot, **drawing)
-    with waiting("crossing", json) as work:
+    with waiting("crossing") as work:
 
         def progress(position: float, load_factor: float) -> None:
             value = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
@@ -139,7 +139,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     if plot is not None:
         refuse_picture(plot, **drawing)
     options = given.rest(mo.directions)
-    with waiting("directions", json) as work:
+    with waiting("directions") as work:
         answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
         print_json(answer)
@@ -167,7 +167,7 @@ def least(
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
     search = mo.most if most else mo.least
-    with waiting(f"{name}: {lower:g} to {upper:g}", json) as work:
+    with waiting(f"{name}: {lower:g} to {upper:g}") as work:
 
         def progress(trial: Trial) -> None:
             does = "holds" if trial.holds else "fails"
@@ -207,7 +207,7 @@ def settle(
         refuse_view(mo.load(case), drawing.get("view"))
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force apply to a picture: give --plot FILE too")
-    with waiting("settle", json) as work:
+    with waiting("settle") as work:
         answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:
         print_json(answer)

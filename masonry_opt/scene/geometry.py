@@ -112,6 +112,8 @@ class Extents(ABC):
     within: ClassVar[str] = "over an area"
     #: Text of error messages for blocks that touch but have no joint.
     meeting: ClassVar[str] = "only corner on corner, but a joint needs an edge"
+    #: Text of the same messages: what gives such blocks a joint.
+    bearing: ClassVar[str] = "let a corner rest on an edge"
     #: Number of overlapping pairs after which the search for more of them ends.
     enough: ClassVar[float] = np.inf
 

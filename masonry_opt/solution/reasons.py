@@ -217,6 +217,9 @@ class Code(StrEnum):
     # Values: ``pairs`` of blocks that face each other, but have no joint because their sides are too short
     # for the tolerance; ``widths`` of the gaps between these blocks.
     LOST_JOINTS = "lost joints"
+    # Values: ``pairs`` of blocks whose joint lies in a gap as wide as mortar, which a large tolerance closes;
+    # ``widths`` of these gaps.
+    BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # Values: ``pairs``, the two blocks of each joint that alignment rotated; ``turn``, the largest rotation,
     # in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"

@@ -13,7 +13,9 @@ from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import Closing, closing, joining_tolerance, near_misses
 from masonry_opt.scene.contacts.mortar import (
     Bridge,
+    bridged_by_tolerance,
     find_bridge,
+    has_large_tolerance,
     is_drawn_apart,
     lost_joints,
     refuse_thin_blocks,
@@ -88,6 +90,7 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
+    bridged: Gaps  #: gaps as wide as mortar in which the tolerance makes a joint, with their largest widths
     #: Lines along small gaps (in space: around small gaps), shape (lines, 2, 2) or (lines, 2, 3).
     facing: np.ndarray
     #: Indices of pairs of blocks that touch without a contact normal and therefore have no joint: corner on
@@ -289,6 +292,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         gaps=gaps,
         closing=closes_gaps,
         lost=lost,
+        bridged=bridged_by_tolerance(scene, shapes, pairs, shared),
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
@@ -377,9 +381,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         remedy = ", or remove one: one block is inside the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # An overlap that is thin may be due to inexact coordinates, so the message also suggests a tolerance.
-        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
-        parallel = ", which also makes nearly parallel sides parallel" if joining > depth else ""
-        remedy = f", or {set_tolerance(joining)} if their coordinates are inexact{parallel}"
+        joining = _closing_of_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
+        is_wider = joining.option == "tolerance" and joining.tolerance > depth
+        parallel = ", which also makes nearly parallel sides parallel" if is_wider else ""
+        remedy = f", or {joining.advice} if their coordinates are inexact{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
         remedy = f", or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
@@ -393,11 +398,12 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
 
 
-def _tolerance_for_overlaps(
+def _closing_of_overlaps(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> float:
-    """Return the tolerance at which overlaps up to a given depth, and small gaps, become joints.
+) -> Closing:
+    """Return the option by which overlaps up to a given depth, and small gaps, become joints.
 
+    This is the tolerance, unless it would be so large, in order to make sides parallel, that it loses joints.
     ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
     """
     shapes = replace(shapes, contact_tolerance=depth)
@@ -406,7 +412,10 @@ def _tolerance_for_overlaps(
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
     touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
     apart = near_misses((facing.where(touch),), facing.where(~touch), len(near))
-    return max(depth, joining_tolerance(apart))
+    tolerance = max(depth, joining_tolerance(apart))
+    if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
+        return Closing("tolerance", tolerance)
+    return Closing("contact_tolerance", float(apart.most.max(initial=depth)))
 
 
 def refuse_floating(
@@ -461,5 +470,5 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     other, gap = shapes.nearest(block)
     name = repr(scene.blocks[other].name)
     if gap <= shapes.tolerance:
-        return f"it meets {name} {shapes.meeting} of either"
+        return f"it meets {name} {shapes.meeting} of either: {shapes.bearing}"
     return f"{name}, the nearest, is {gap:.3g} away: close the gap, or remove the block"

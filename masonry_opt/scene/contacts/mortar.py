@@ -128,7 +128,7 @@ def find_bridge(
     option = _option(scene, shapes, pairs, closed, near)
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
-    replaces = option.option == "contact_tolerance" and _has_large_tolerance(scene, shapes)
+    replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
     return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces)
 
 
@@ -166,10 +166,10 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
     """Return True if the scene has a contact tolerance, or a tolerance as large as mortar."""
-    return scene.contact_tolerance is not None or _has_large_tolerance(scene, shapes)
+    return scene.contact_tolerance is not None or has_large_tolerance(scene, shapes)
 
 
-def _has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
+def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
     """Return True if the tolerance of the scene is larger than errors of a drawing relative to its blocks."""
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
 
@@ -182,7 +182,7 @@ def lost_joints(
     The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
     width. The result contains the width of the gap between the blocks of each pair; 0 if sides coincide.
     """
-    if not _has_large_tolerance(scene, shapes):
+    if not has_large_tolerance(scene, shapes):
         return {}
     pairs, facing = _facing_across_mortar(scene, shapes)
     ends = pairs[facing.pair]
@@ -195,6 +195,37 @@ def lost_joints(
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
         lost[i, j] = max(lost.get((i, j), 0.0), width)
     return lost
+
+
+def bridged_by_tolerance(
+    scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
+) -> dict[tuple[int, int], float]:
+    """Return the pairs of blocks whose joint lies in a gap as wide as mortar, closed by the tolerance.
+
+    Several such gaps with parallel sides are intended. The contact tolerance makes the same joints, but does
+    not move corners. The result contains the width of the gap between the blocks of each pair.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes.
+    pairs : ndarray
+        Pairs of blocks, shape (pairs, 2).
+    joined : Facing
+        Sides of these pairs that face each other and have a joint.
+    """
+    if not has_large_tolerance(scene, shapes):
+        return {}
+    wide = joined.where(joined.most > NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1))
+    is_parallel = wide.angle * wide.shorter <= _PARALLEL_ERROR * wide.most
+    if len(wide.pair) < 2 or not is_parallel.all():
+        return {}
+    bridged: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(pairs[wide.pair].tolist(), wide.most.tolist(), strict=True):
+        bridged[i, j] = max(bridged.get((i, j), 0.0), width)
+    return bridged
 
 
 def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:

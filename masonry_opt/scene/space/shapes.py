@@ -148,6 +148,7 @@ class Shapes(Extents):
 
     within = "in a volume"
     meeting = "only along edges or at corners, but a joint needs a face"
+    bearing = "cut one of them to a narrow face there"
     enough = 100  # each overlap takes a linear program
 
     __repr__ = brief
