@@ -380,5 +380,5 @@ def test_blocks_apart_from_a_hanging_one_still_need_a_support():
     far = mo.Block(name="far", vertices=[(3, 0), (4, 0), (4, 1), (3, 1)], weight=1)
     with pytest.raises(mo.CaseError, match="'far' touches no other block"):
         mo.solve(scene.replace(blocks=[*scene.blocks, far]))
-    with pytest.raises(mo.CaseError, match='no block is fixed.*end a tie at "ground"'):
+    with pytest.raises(mo.CaseError, match=r'no block is fixed.*end a tie at "ground"'):
         scene.replace(ties=[])

@@ -27,7 +27,6 @@ from masonry_opt.scene.geometry import (
     Extents,
     raise_for,
     set_contact_tolerance,
-    set_tolerance,
 )
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
