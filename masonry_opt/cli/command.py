@@ -273,14 +273,14 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
     """Show a progress line with the elapsed time within a context, and yield a Work that changes its text.
 
-    Ctrl-C raises InterruptedByUserError with the message ``if_interrupted``. If ``quiet`` is True, no line is
-    shown.
+    Ctrl-C raises InterruptedByUserError with the text of the KeyboardInterrupt, if it has one, else with
+    ``if_interrupted``. If ``quiet`` is True, no line is shown.
     """
     with changing_line(Console(stderr=True, quiet=quiet), line) as show:
         try:
             yield Work(show, line)
-        except KeyboardInterrupt:
-            raise InterruptedByUserError(f"interrupted: {if_interrupted}") from None
+        except KeyboardInterrupt as stop:
+            raise InterruptedByUserError(f"interrupted: {str(stop) or if_interrupted}") from None
 
 
 @contextlib.contextmanager

@@ -1,8 +1,10 @@
 """Commands `masonry-opt draw`, `export` and `convert`: pictures, and files of other programs."""
 
+import contextlib
 import inspect
 import os
-from collections.abc import Callable, Container
+import re
+from collections.abc import Callable, Container, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
-from masonry_opt.errors import DrawingWarning, OptionError, counted, printable
+from masonry_opt.errors import CaseError, DrawingWarning, OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
@@ -35,6 +37,9 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     ".json": ("COMPAS data", mo.read_compas),
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
+
+#: Parameters of the readers that messages about gaps and overlaps advise to change.
+_TOLERANCES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
 #: case file contains the path of the mesh file.
@@ -156,7 +161,8 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
-    with waiting(f"convert: reading {printable(str(drawing))}", if_interrupted="no file was written") as work:
+    reading = f"convert: reading {printable(str(drawing))}"
+    with waiting(reading, if_interrupted="no file was written") as work, _options_named(given.called):
         layers: list[str] = []
         with warnings_printed(DrawingWarning):
             if read is mo.read_dxf:
@@ -172,6 +178,21 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
     if layers:
         print_text(printable("\n".join(layers)))
+
+
+@contextlib.contextmanager
+def _options_named(called: Mapping[str, str]) -> Iterator[None]:
+    """Add the options of the command line to messages that advise a tolerance.
+
+    ``called`` has the option of each parameter, such as "--contact-tolerance" of ``contact_tolerance``.
+    """
+    try:
+        yield
+    except CaseError as error:
+        message = str(error)
+        for name in _TOLERANCES:
+            message = re.sub(rf"'{name}'(?! \()", f"'{name}' ({called[name]})", message)
+        raise CaseError(message) from None
 
 
 def _case_file_message(path: Path) -> str:

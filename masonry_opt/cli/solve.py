@@ -69,7 +69,7 @@ def solve(
     if drawing.get("kind") == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
-    answer = _solved(function, scene, options, printable(case.name), quiet or json)
+    answer = _solved(function, scene, options, printable(case.name), quiet)
     result = _drawn_result(answer)
     if json:
         print_json(answer)
@@ -80,8 +80,11 @@ def solve(
         print_text(str(result.status) if is_stable else numeral(result.required(), ".10g"))
         print_warnings(answer.warning_sentences)
     at_incremental = result.at_incremental if mechanism == "incremental" else None
-    # A stable scene without live load has no mechanism, so its thrust is drawn by default.
-    usual_kind = "thrust" if result.stability else "mechanism"
+    usual_kind = "mechanism"
+    if result.stability is not None:
+        # A stable scene without live load has no mechanism, so its thrust is drawn by default.
+        usual_kind = "thrust"
+        _refuse_mechanism(result, mechanism is not None or drawing.get("kind") == "mechanism")
     save(at_incremental or result, plot, {"kind": usual_kind} | drawing)
     if quiet and not result.stability:
         result.required()
@@ -105,6 +108,13 @@ def _refuse_drawing_options(
             f"--mechanism {mechanism} needs the incremental load factor: choose a Coulomb method, and omit "
             "--no-incremental"
         )
+
+
+def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
+    """Raise OptionError if a picture of a mechanism is asked for, but the scene is stable and has none."""
+    if asked:
+        scene, other = f"{result.case}: the scene", "--plot-kind thrust or utilisation draws its forces"
+        raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
 
 
 def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:

@@ -80,7 +80,7 @@ def capacity(
     if plot is not None:
         refuse_picture(plot, **drawing)
     periods = None if spectrum is None else _spectrum(spectrum)
-    with waiting("capacity", json) as work:
+    with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
         onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
         work.phase("following the mechanism")
@@ -105,15 +105,16 @@ def capacity(
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: a load factor exists; 1: none exists; 2: wrong case file or option; 130: interrupted.
+    """Exit code 0: a load factor exists; 1: none exists, or stopped; 2: wrong input; 130: interrupted.
 
-    With --required-factor, exit code 0: the load factor is sufficient; 1: too small or not decided. An
-    interrupted crossing prints the worst of the positions that were solved.
+    With --required-factor, exit code 0: the load factor is sufficient; 1: too small or not decided.
+    --time-limit is the time of the whole crossing. A stopped or interrupted crossing prints the worst of the
+    positions that were solved.
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # report an unusable path before the scene is solved
         refuse_file(plot, **drawing)
-    with waiting("crossing", json) as work:
+    with waiting("crossing") as work:
 
         def progress(position: float, load_factor: float) -> None:
             value = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
@@ -126,6 +127,8 @@ def crossing(
     else:
         print_result(f"{answer}{positions}", bold_line=None)
     save(answer, plot if answer.passages else None, drawing)
+    if answer.time_limit_reached:
+        return False
     if answer.interrupted:
         raise InterruptedByUserError(f"interrupted: {counted(len(answer.table), 'position')} solved")
     return answer.load_factor is not None if answer.passed is None else answer.passed
@@ -138,7 +141,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     if plot is not None:
         refuse_picture(plot, **drawing)
     options = given.rest(mo.directions)
-    with waiting("directions", json) as work:
+    with waiting("directions") as work:
         answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
         print_json(answer)
@@ -166,7 +169,7 @@ def least(
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
     search = mo.most if most else mo.least
-    with waiting(f"{name}: {lower:g} to {upper:g}", json) as work:
+    with waiting(f"{name}: {lower:g} to {upper:g}") as work:
 
         def progress(trial: Trial) -> None:
             does = "holds" if trial.holds else "fails"
@@ -206,7 +209,7 @@ def settle(
         refuse_view(mo.load(case), drawing.get("view"))
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force apply to a picture: give --plot FILE too")
-    with waiting("settle", json) as work:
+    with waiting("settle") as work:
         answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:
         print_json(answer)

@@ -336,6 +336,9 @@ def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
 def curve_picture(result: Outcome) -> Picture:
     """Return a picture of the load–displacement curve. Raises OptionError if the result has no curve."""
     curve = result.curve
+    if result.stability is not None:
+        other = "kinds 'thrust' and 'utilisation' show the forces that carry its dead load"
+        raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = "displacement of the live load (unit: closing of a joint with the mean force under dead load)"

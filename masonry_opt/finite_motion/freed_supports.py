@@ -32,10 +32,10 @@ def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
         raise OptionError(f"{scene.origin}: 'support' must name each support once (found {support!r})")
     for name in names:
         if name not in known:
-            instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed)}"
+            instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed) or 'none'}"
             raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
         if name not in fixed:
-            choice = f"a block with 'fixed = true': {', '.join(fixed)}"
+            choice = f"a block with 'fixed = true': {', '.join(fixed) or 'the scene has none'}"
             raise OptionError(f"{scene.origin}: block '{name}' is not a support: choose {choice}")
     return np.array([known[name] for name in names])
 

@@ -109,6 +109,16 @@ def lost_joints(v: dict[str, Any]) -> str:
     )
 
 
+def bridged_by_tolerance(v: dict[str, Any]) -> str:
+    """State that the tolerance closes gaps as wide as mortar, with the contact tolerance that is meant."""
+    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
+    remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
+    return (
+        "'tolerance' closes gaps as wide as mortar, and moves corners by as much, which changes λ: "
+        f"{pairs(v, wide)}; if the gaps are mortar that is not drawn, {remedy}"
+    )
+
+
 def _corners_bear(v: dict[str, Any]) -> str:
     """State that the strength does not limit forces at corners, and list the corners to check."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
@@ -140,6 +150,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SMALL_GAPS: small_gaps,
     Code.LOST_JOINTS: lost_joints,
+    Code.BRIDGED_BY_TOLERANCE: bridged_by_tolerance,
     Code.ALIGNED: lambda v: (
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to other joints, "
         f"within the tolerance {v['tolerance']:.3g}: {pairs(v)}; if the blocks should be wedges, lower "
@@ -160,7 +171,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge. No joint is made there, "
-        "because the contact has no normal: a joint needs a face of one of the blocks, or edges that cross"
+        "because the contact has no normal: if they bear on each other, cut one of them to a narrow face"
     ),
     Code.FACES_TURNED: lambda v: (
         f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "

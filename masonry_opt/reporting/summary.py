@@ -229,9 +229,9 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
 def _friction(result: Outcome) -> str:
     """Return a text about the friction law in space and the points at which joint forces act.
 
-    "" in the plane.
+    The text is empty without contacts: in the plane, and for scenes that hang on ties alone.
     """
-    if result.size.contacts is None:
+    if not result.size.contacts:
         return ""
     unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
     phrases = [friction_law(result)] if unlimited or result.friction_law else []

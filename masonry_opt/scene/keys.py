@@ -111,8 +111,9 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
             "rename one of them, or give each generator its own 'name'"
         )
     fixed = {block.name: block.fixed for block in scene.blocks}
-    if not any(fixed.values()):
-        yield "no block is fixed: mark the support with 'fixed = true'"
+    hangs_on_ground = any(GROUND in strut.between for strut in (*scene.ties, *scene.props))
+    if not any(fixed.values()) and not hangs_on_ground:
+        yield "no block is fixed: mark the support with 'fixed = true', or end a tie at \"ground\""
     if all(fixed.values()):
         yield "every block is fixed: the scene needs at least one movable block"
     yield from _wrong_dimension(scene)

@@ -27,7 +27,8 @@ class Scene(SceneKeys):
 
     Raises CaseError in these cases:
 
-    - Names repeat, no block is fixed or none can move.
+    - Names repeat, or no block can move.
+    - No block is fixed, and no tie or prop ends at ``"ground"``.
     - An exception or a load names a block that does not exist, or a load acts on a fixed block.
     - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
     - A load case names a group to which no load belongs.
@@ -37,7 +38,7 @@ class Scene(SceneKeys):
 
     Parameters
     ----------
-    blocks: At least one fixed and one movable :class:`Block`, with unique names. A scene in space has
+    blocks: At least one movable :class:`Block` and its supports, with unique names. A scene in space has
         :class:`Solid` records instead.
     joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
     exceptions: Records for joints with other properties (:class:`Joint`).

@@ -275,6 +275,9 @@ class Code(StrEnum):
     # Blocks face each other but have no joint, because their sides are too short for the tolerance. Values:
     # ``pairs`` of these blocks; ``widths`` of the gaps between them.
     LOST_JOINTS = "lost joints"
+    # A large tolerance closes gaps as wide as mortar joints. Values: ``pairs``, the two blocks at each gap;
+    # ``widths`` of these gaps.
+    BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # Alignment rotated some joints. Values: ``pairs``, the two blocks of each such joint; ``turn``, the
     # largest rotation, in radians; ``tolerance`` of the scene.
     ALIGNED = "aligned"

@@ -8,6 +8,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
+from masonry_opt.scene.contacts.joints import Gaps
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import linked
 from masonry_opt.solution.force_units import lower_median, unit_weights, unusual_stresses
@@ -77,7 +78,8 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
         *_small_gaps(assembly, of_wedges),
-        *_lost_joints(assembly),
+        *_gaps_of(assembly, Code.LOST_JOINTS, assembly.joints.lost),
+        *_gaps_of(assembly, Code.BRIDGED_BY_TOLERANCE, assembly.joints.bridged),
         *_blocks(assembly),
         *of_wedges,
         *_bearing_corners(assembly, solution),
@@ -151,13 +153,13 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
     return [reason(Code.SMALL_GAPS, pairs=pairs, **values)]
 
 
-def _lost_joints(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names pairs of blocks that have no joint because the tolerance is large."""
-    lost = dict(sorted(assembly.joints.lost.items(), key=lambda gap: -gap[1]))
-    if not lost:
+def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps) -> list[Reason]:
+    """Return a warning with a code that names the pairs of blocks on both sides of gaps, the widest first."""
+    widest_first = dict(sorted(gaps.items(), key=lambda gap: -gap[1]))
+    if not widest_first:
         return []
-    pairs = [assembly.names(np.array(pair)) for pair in lost]
-    return [reason(Code.LOST_JOINTS, pairs=pairs, widths=list(lost.values()))]
+    pairs = [assembly.names(np.array(pair)) for pair in widest_first]
+    return [reason(code, pairs=pairs, widths=list(widest_first.values()))]
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:

@@ -329,3 +329,56 @@ def test_the_ground_reaches_farther_than_its_block():
     found = mo.solve(tied(0.9, strength=0.1).replace(blocks={"floor": {"name": "ground"}}), method="static")
     assert found.load_factor == pytest.approx(0.65, abs=CLOSE)
     assert found.ties["second"].tolist() == ["ground"]
+
+
+def hung_from_ground(strengths, **brick):
+    """A brick of weight .233 on two wires to the ceiling at its ends, and no fixed block."""
+    ends = [(-0.1, 0.03), (0.1, 0.03)]
+    outline = [(-0.11, -0.03), (0.11, -0.03), (0.11, 0.03), (-0.11, 0.03)]
+    wires = [
+        mo.Tie(between=("brick", "ground"), at=(end, (end[0], 1.0)), strength=strength)
+        for end, strength in zip(ends, strengths, strict=True)
+    ]
+    block = mo.Block(name="brick", vertices=outline, weight=0.233, **brick)
+    return mo.Scene(blocks=[block], joints={"friction": 0.5}, ties=wires)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_brick_hangs_on_two_wires_from_the_ground(method):
+    """Each wire carries half of the load, so λ = 2 · .5 − .233 if the weaker wire yields at .5."""
+    result = mo.solve(hung_from_ground((0.5, 1.0), live=(0, -1)), method)
+    assert result.load_factor == pytest.approx(0.767, abs=CLOSE)
+    assert result.ties["yields"].tolist() == [True, False]
+
+
+def test_without_live_load_a_brick_on_two_wires_is_stable_and_on_one_it_falls():
+    stable = mo.solve(hung_from_ground((0.5, 1.0)))
+    assert stable.status is mo.Status.STABLE
+    assert stable.ties["force"].tolist() == pytest.approx([0.1165, 0.1165])
+    one = hung_from_ground((0.5, 1.0))
+    assert mo.solve(one.replace(ties=one.ties[:1])).status is mo.Status.UNSTABLE
+
+
+@pytest.mark.parametrize("method", ["static", "coulomb", "incremental"])
+def test_a_solid_hangs_on_three_wires_from_the_ground(method):
+    """Two wires at one end carry a quarter of the load each; λ = 4 · .25 − .233 if one of them yields."""
+    span = (-0.11, 0.11), (-0.05, 0.05), (-0.03, 0.03)
+    brick = mo.Solid(name="brick", box=span, weight=0.233, live=(0, 0, -1))
+    wires = [
+        mo.Tie(between=("ground", "brick"), at=((x, y, 1), (x, y, 0.03)), strength=strength)
+        for x, y, strength in ((-0.1, -0.04, 0.25), (-0.1, 0.04, 0.3), (0.1, 0, 1))
+    ]
+    scene = mo.Scene(blocks=[brick], gravity=(0, 0, -1), joints={"friction": 0.5}, ties=wires)
+    result = mo.solve(scene, method)
+    assert result.load_factor == pytest.approx(0.767, abs=CLOSE)
+    assert result.ties["force"].tolist() == pytest.approx([0.25, 0.25, 0.5], abs=CLOSE)
+    assert "friction" not in result.summary
+
+
+def test_blocks_apart_from_a_hanging_one_still_need_a_support():
+    scene = hung_from_ground((0.5, 1.0))
+    far = mo.Block(name="far", vertices=[(3, 0), (4, 0), (4, 1), (3, 1)], weight=1)
+    with pytest.raises(mo.CaseError, match="'far' touches no other block"):
+        mo.solve(scene.replace(blocks=[*scene.blocks, far]))
+    with pytest.raises(mo.CaseError, match=r'no block is fixed.*end a tie at "ground"'):
+        scene.replace(ties=[])

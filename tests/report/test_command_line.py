@@ -409,3 +409,12 @@ def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
 def test_a_former_option_ends_in_its_present_name(command, former, present):
     err = command.refused("solve", WALL_1, former)
     assert err == f"error: option '{former}' is now called '{present}'\n"
+
+
+def test_progress_with_json_is_written_to_standard_error(monkeypatch, capsys, saved):
+    """Standard output stays one JSON object."""
+    monkeypatch.setattr("masonry_opt.reporting.terminal.SECONDS_BETWEEN_LINES", 0.01)
+    code, out, error = run_command(monkeypatch, capsys, "solve", saved(small_wall()), "--json")
+    assert code == 0
+    assert json.loads(out)["load_factor"] is not None
+    assert re.search(r"^0 s: .*: ", error, re.MULTILINE)

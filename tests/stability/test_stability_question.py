@@ -5,6 +5,7 @@ Values by hand, in the docstrings; they hold for any unit of length and force, a
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -244,3 +245,16 @@ def test_pages_pictures_and_json_have_the_reserves(case):
     stability = result.as_dict()["stability"]
     assert stability["worst_joint"]["first"] == "slope"
     assert stability["least_friction"] == pytest.approx(math.tan(math.radians(20)), rel=BISECTED)
+
+
+@pytest.mark.parametrize(
+    "options", [("--plot-kind", "mechanism"), ("--mechanism", "incremental"), ("--plot-kind", "curve")]
+)
+def test_a_stable_scene_has_no_mechanism_and_no_curve_to_draw(case, options):
+    """The answer is printed, and the message names the kinds of pictures that there are."""
+    with_curve = ["--method", "incremental", "-o", "curve=true"] if "curve" in options else []
+    drawn = CliRunner().invoke(app, ["solve", "ramp.toml", "--plot", "no.png", *options, *with_curve])
+    assert isinstance(drawn.exception, mo.OptionError)
+    assert "stable under its dead load" in drawn.stdout
+    assert re.search("thrust.*utilisation", str(drawn.exception))
+    assert not Path("no.png").exists()

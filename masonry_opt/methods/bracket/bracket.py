@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict
 
-from masonry_opt.deadline import TimeLimitReached, limited, unlimited
+from masonry_opt.deadline import TimeLimitReached, limited, seconds_left, unlimited
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
@@ -86,10 +86,11 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # The time limit is not enforced here, because the method itself divides it among the programs. Each
-        # program has at least one second.
+        # The method divides the time among its programs, and each program has at least one second. The time
+        # limit of a study of several scenes may end before that of the method.
+        ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
-            solution = _raised(task, solution, rising, began)
+            solution = _raised(task, solution, rising, began, ends)
     solution = _concluded(problem, solution, rising.of, options)
     solution = replace(solution, below_zero=start.below_zero)
     return solution.telling(*(entry for entry in start.reasons if entry.code is Code.BELOW_ZERO))
@@ -113,12 +114,14 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
-def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
+def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
     """Raise the lower bound of a solution by relaxations with more and more products until time is over.
+
+    ``began`` and ``ends`` are values of ``time.perf_counter``.
 
     On scenes with few joints, lower exact states are also looked for near the forces of the programs.
     """
-    problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
+    problem, refiner = task.problem, refiner_of(task)
     for step, size, forces in rising.programs(ends, began):
         task.progress(step)
         solution = replace(solution, size=size)

@@ -13,7 +13,9 @@ from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import Closing, closing, joining_tolerance, near_misses
 from masonry_opt.scene.contacts.mortar import (
     Bridge,
+    bridged_by_tolerance,
     find_bridge,
+    has_large_tolerance,
     is_drawn_apart,
     lost_joints,
     refuse_thin_blocks,
@@ -25,7 +27,6 @@ from masonry_opt.scene.geometry import (
     Extents,
     raise_for,
     set_contact_tolerance,
-    set_tolerance,
 )
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
@@ -90,6 +91,7 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
+    bridged: Gaps  #: gaps as wide as mortar in which the tolerance makes a joint, with their largest widths
     #: Segments along the middle of small gaps (in space: sides of polygons in the middle of small gaps),
     #: shape (lines, 2, 2) or (lines, 2, 3).
     facing: np.ndarray
@@ -294,6 +296,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         gaps=gaps,
         closing=closes_gaps,
         lost=lost,
+        bridged=bridged_by_tolerance(scene, shapes, pairs, shared),
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
@@ -384,9 +387,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
-        parallel = ", which also aligns nearly parallel sides" if joining > depth else ""
-        advice = f"move the blocks apart, or {set_tolerance(joining)} if coordinates are inexact{parallel}"
+        joining = _closing_of_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
+        is_wider = joining.option == "tolerance" and joining.tolerance > depth
+        parallel = ", which also aligns nearly parallel sides" if is_wider else ""
+        advice = f"move the blocks apart, or {joining.advice} if coordinates are inexact{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
         advice = f"move the blocks apart, or {set_contact_tolerance(depth)} if they are meant to overlap"
     others = len(overlaps) - 1
@@ -400,11 +404,12 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     raise CaseError(f"{scene.origin}: {overlap} {at}: {advice}{more}")
 
 
-def _tolerance_for_overlaps(
+def _closing_of_overlaps(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> float:
-    """Return the tolerance at which overlaps up to a given depth, and small gaps, become joints.
+) -> Closing:
+    """Return the option by which overlaps up to a given depth, and small gaps, become joints.
 
+    This is the tolerance, unless it would be so large, in order to align sides, that joints are lost.
     ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
     that overlap.
     """
@@ -414,7 +419,10 @@ def _tolerance_for_overlaps(
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
     touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
     apart = near_misses((facing.where(touch),), facing.where(~touch), len(near))
-    return max(depth, joining_tolerance(apart))
+    tolerance = max(depth, joining_tolerance(apart))
+    if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
+        return Closing("tolerance", tolerance)
+    return Closing("contact_tolerance", float(apart.most.max(initial=depth)))
 
 
 def refuse_floating(
@@ -424,17 +432,19 @@ def refuse_floating(
 
     ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """
-    fixed, count = scene.fixed, len(scene.blocks)
     first, second = joined
-    # Treat the ground as a fixed block, because both support ties and props.
-    ground = int(fixed.argmax())
+    # Ties and props that end at the ground support a block, as a fixed block does.
+    supported = scene.fixed.copy()
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
-        ends = [index.get(name, ground) for name in strut.between]
-        first, second = np.append(first, ends[0]), np.append(second, ends[1])
-    group = linked(count, first, second)
-    loose = np.flatnonzero(~np.isin(group, group[fixed]))
-    bridge = find_bridge(scene, shapes, (first, second), closes_gaps) if len(loose) else None
+        ends = [index[name] for name in strut.between if name in index]
+        if len(ends) == 1:
+            supported[ends] = True
+        else:
+            first, second = np.append(first, ends[0]), np.append(second, ends[1])
+    group = linked(len(scene.blocks), first, second)
+    loose = np.flatnonzero(~np.isin(group, group[supported]))
+    bridge = find_bridge(scene, shapes, (first, second), supported, closes_gaps) if len(loose) else None
     if bridge:
         # List first the blocks that the recommended tolerance connects, and then the remaining blocks.
         loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
@@ -470,5 +480,5 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     other, gap = shapes.nearest(block)
     name = repr(scene.blocks[other].name)
     if gap <= shapes.tolerance:
-        return f"it meets {name} {shapes.meeting}"
+        return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
     return f"the nearest block {name} is {gap:.3g} away: close the gap, or remove the block"

@@ -71,7 +71,11 @@ class Bridge:
 
 
 def find_bridge(
-    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], near: Closing
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    supported: np.ndarray,
+    near: Closing,
 ) -> Bridge | None:
     """Return the smallest tolerance that connects floating blocks to supports, or None if none exists.
 
@@ -85,7 +89,9 @@ def find_bridge(
     shapes : Extents
         Its shapes.
     joined : tuple of ndarray
-        The two blocks of each joint, tie and prop.
+        The two blocks of each joint, and of each tie and prop between blocks.
+    supported : ndarray
+        True for each block that is fixed, or that a tie or prop connects to the ground, shape (blocks,).
     near : Closing
         Option that closes the small gaps of the scene.
     """
@@ -96,7 +102,7 @@ def find_bridge(
         """Return the blocks that remain without support when gaps up to a given width are closed."""
         closed = ends[facing.most <= gap]
         group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
-        return np.flatnonzero(~np.isin(group, group[scene.fixed]))
+        return np.flatnonzero(~np.isin(group, group[supported]))
 
     before, remaining = len(floating(-np.inf)), floating(np.inf)
     if len(remaining) == before:
@@ -125,7 +131,7 @@ def find_bridge(
     option = _option(scene, shapes, pairs, closed, near)
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
-    replaces = option.option == "contact_tolerance" and _has_large_tolerance(scene, shapes)
+    replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
     return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces)
 
 
@@ -164,10 +170,10 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
     """Return True if the scene has a contact tolerance, or a tolerance as large as a mortar joint."""
-    return scene.contact_tolerance is not None or _has_large_tolerance(scene, shapes)
+    return scene.contact_tolerance is not None or has_large_tolerance(scene, shapes)
 
 
-def _has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
+def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
     """Return True if the tolerance of the scene is larger than the usual errors of a drawing."""
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
 
@@ -181,7 +187,7 @@ def lost_joints(
     width. The result contains the width of the gap between the blocks of each pair, or 0 if the sides
     coincide.
     """
-    if not _has_large_tolerance(scene, shapes):
+    if not has_large_tolerance(scene, shapes):
         return {}
     pairs, facing = _facing_across_mortar(scene, shapes)
     ends = pairs[facing.pair]
@@ -194,6 +200,37 @@ def lost_joints(
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
         lost[i, j] = max(lost.get((i, j), 0.0), width)
     return lost
+
+
+def bridged_by_tolerance(
+    scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
+) -> dict[tuple[int, int], float]:
+    """Return the pairs of blocks whose joint lies in a gap as wide as mortar, closed by the tolerance.
+
+    Several such gaps with parallel sides are intended. The contact tolerance makes the same joints, but does
+    not move corners. The result contains the width of the gap between the blocks of each pair.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Its shapes.
+    pairs : ndarray
+        Pairs of blocks, shape (pairs, 2).
+    joined : Facing
+        Sides of these pairs that face each other and have a joint.
+    """
+    if not has_large_tolerance(scene, shapes):
+        return {}
+    wide = joined.where(joined.most > NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1))
+    is_parallel = wide.angle * wide.shorter <= _PARALLEL_ERROR * wide.most
+    if len(wide.pair) < 2 or not is_parallel.all():
+        return {}
+    bridged: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(pairs[wide.pair].tolist(), wide.most.tolist(), strict=True):
+        bridged[i, j] = max(bridged.get((i, j), 0.0), width)
+    return bridged
 
 
 def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:

@@ -148,6 +148,7 @@ class Shapes(Extents):
 
     within = "in a volume"
     meeting = "only along edges or at corners, but a joint needs a face of one of the blocks"
+    bearing = "cut one of them to a narrow face there"
     enough = 100  # each overlap needs the solution of a linear program
 
     __repr__ = brief

@@ -32,7 +32,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         dead load of a load case, it is the result of this load case. It has no incremental load factor if its
         solve was interrupted.
     passages: Answers for each group of axles, direction and load case.
-    interrupted: True if the user interrupted the search: λ may be less at other positions.
+    interrupted: True if the user or the time limit ended the search: λ may be less at other positions.
     cases, left_out: Names of the load cases with axles, and of the load cases without.
     default: Result of the default method at the worst position, if the chosen method is associative.
     no_default: Reason why the default method has no result, if it was interrupted or raised an error.
@@ -92,7 +92,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         of_worst = ("case", "load_case", "method", "model", "solver", "status", "load_factor")
         place = ("axles", "direction", "position", "at", "uniform_at", "resolution")
         loads = ("axle_loads", "capacity", "uniform_loads", "required_factor", "passed")
-        own = (*place, *loads, "bound", "undecided", "undecided_at", "interrupted", "by_case", "left_out")
+        complete = ("bound", "undecided", "undecided_at", "interrupted", "time_limit_reached")
+        own = (*place, *loads, *complete, "by_case", "left_out")
         result = {key: worst[key] for key in of_worst} | {key: getattr(self, key) for key in own}
         result["default"] = self.default and self.default.load_factor
         result["default_associative"] = self.default and self.default.associative

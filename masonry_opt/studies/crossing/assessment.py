@@ -63,7 +63,9 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
     if least is not None and least < required and not same(least, required):
         return Assessment(AssessmentOutcome.FAILED, least, name)
     if answer.interrupted:
-        return Assessment(AssessmentOutcome.UNDECIDED, least, "the crossing was interrupted")
+        by_limit = "the time limit ended the crossing"
+        why = by_limit if answer.time_limit_reached else "the crossing was interrupted"
+        return Assessment(AssessmentOutcome.UNDECIDED, least, why)
     if answer.least is None:
         return Assessment(
             AssessmentOutcome.UNDECIDED, None, "it is unknown whether the scene carries its dead load"

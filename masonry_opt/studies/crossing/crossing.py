@@ -1,5 +1,6 @@
 """Function ``crossing``: the load factor of a scene by the position of axles, and the worst position."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,13 +11,15 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.analysis import Session, prepare
+from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import CaseError, MasonryError, OptionError
+from masonry_opt.errors import CaseError, MasonryError, OptionError, TimeLimitError, counted
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
 from masonry_opt.problem.settled import Movements
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
@@ -24,6 +27,7 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.stopped import with_answer
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
@@ -55,7 +59,8 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     With associative flow (methods "static" and "kinematic") the least load factor is proven, also between
     the solved positions (see :func:`~.crossing.search.least_associative`). Other methods solve the positions
     at which the associative load factor, an upper bound, suggests the least λ. This search is no proof (see
-    :func:`~.crossing.search.least_coulomb`). After Ctrl-C the worst position solved so far is returned.
+    :func:`~.crossing.search.least_coulomb`). After Ctrl-C, or at the time limit, the worst position solved so
+    far is returned.
 
     If the scene has load cases, the axles cross in each load case whose ``live`` names "axles", at equal
     positions, and the least load factor governs. If a load case is unstable under its dead loads, this load
@@ -67,7 +72,8 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     axles: A group of axles, a list of groups, or the name of a group of the scene. Default: all groups of
         the scene.
     method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
-        incremental load factor is computed only at the worst position.
+        incremental load factor is computed only at the worst position. The ``time_limit`` is that of the
+        whole crossing.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
     settled: Movement of supports before the axles cross, by name, as for
@@ -90,8 +96,11 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     OptionError
         If a method, an option, the required load factor or the name of a group is wrong, or if the blocks of
         the scene are solids.
+    TimeLimitError
+        If the time limit is over before any position is solved. The message states the least associative
+        load factor so far, if there is one.
     KeyboardInterrupt
-        If the crossing was interrupted before any position was solved.
+        If the crossing was interrupted before any position was solved. Its text also states that load factor.
     """
     refuse_required_factor(required_factor)
     session = prepare(method, function=crossing, **options)
@@ -116,6 +125,26 @@ def cross(
     Other parameters, the answer and the errors are those of :func:`crossing`.
     """
     scene.in_plane()  # raises OptionError for solids
+    with limited(session.how.time_limit):
+        try:
+            return _crossed(session, scene, axles, settled, first_look, progress, phases)
+        except TimeLimitReached as stop:
+            raise _time_is_over(scene, stop, "no position was solved") from None
+
+
+def _crossed(
+    session: Session,
+    scene: Scene,
+    axles: _AxlesArgument,
+    settled: Movements | None,
+    first_look: bool,
+    progress: Callable[[float, float], None],
+    phases: Phases,
+) -> Crossing:
+    """Return the answer of :func:`cross` within a time limit that applies already.
+
+    Raises TimeLimitReached if the time limit is over before the axles move.
+    """
     ways, left_out = _passages(scene, axles, settled)
     cases = tuple(passage.case for passage in ways[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
@@ -127,27 +156,60 @@ def cross(
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
             return answer(worst=result, passages=())
+        by_limit = result.time_limit_reached and session.how.time_limit is not None
+        by_user = result.solution.interrupted and not result.time_limit_reached
+        if by_limit or by_user:
+            first = search.PassageTrials(passage, None, answers={start: result.solution})
+            trials = () if result.load_factor is None else (first,)
+            return answer(worst=result, passages=trials, interrupted=True)
         programs[passage.case] = search.moving_load(passage.loaded(passage.live(start)).problem, effort)
-    all_trials, interrupted = _cross(session, ways, programs, effort, progress)
+    all_trials, stop = _cross(session, ways, programs, effort, progress)
     # Without a load factor, an undecided passage is shown rather than a passage that carries any load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
-    worst_scene = worst.passage.scene(worst.position)
+    result, stop = _worst_result(session, worst, effort, stop)
     default, no_default = None, ""
-    if first_look and session.method.associative and not interrupted:
-        default, no_default = _by_default_method(worst_scene)
-    try:
-        result = session.solve(worst_scene)
-    except KeyboardInterrupt:
-        interrupted = True
-        assembly = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=worst_scene)
-        result = session.result(assembly, worst.answers[worst.position], effort)
+    if first_look and session.method.associative and stop is None:
+        default, no_default = _by_default_method(worst.passage.scene(worst.position))
     return answer(
         worst=result,
         passages=tuple(all_trials),
         default=default,
         no_default=no_default,
-        interrupted=interrupted,
+        interrupted=stop is not None,
     )
+
+
+def _worst_result(
+    session: Session, worst: search.PassageTrials, effort: Effort, stop: KeyboardInterrupt | None
+) -> tuple[Result, KeyboardInterrupt | None]:
+    """Return the result at the worst position, and the signal that ended the crossing.
+
+    The worst position is solved once more, for the incremental load factor. If the user or the time limit
+    ends that, or has ended the search before, the answer of the search is the result.
+    """
+    scene, limit = worst.passage.scene(worst.position), session.how.time_limit
+    try:
+        if isinstance(stop, TimeLimitReached):
+            raise stop
+        result = session.solve(scene)
+        if limit is None or not result.time_limit_reached:
+            return result, stop
+        stop = TimeLimitReached(limit)
+    except TimeLimitError:
+        assert limit is not None
+        stop = TimeLimitReached(limit)
+    except KeyboardInterrupt as caught:
+        stop = caught
+    solution = worst.answers[worst.position]
+    if isinstance(stop, TimeLimitReached):
+        solution = with_answer(solution, stop, effort)
+    assembly = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=scene)
+    return session.result(assembly, solution, effort), stop
+
+
+def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
+    """Return the error about a time limit that ended a crossing. ``known`` states what is known by then."""
+    return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
 def _first_loaded(passage: search.Passage) -> float:
@@ -167,15 +229,17 @@ def _cross(
     programs: dict[str | None, search.SolveLive],
     effort: Effort,
     progress: Callable[[float, float], None],
-) -> tuple[list[search.PassageTrials], bool]:
-    """Find the least load factor of each passage; return the answers, and True if the user interrupted.
+) -> tuple[list[search.PassageTrials], KeyboardInterrupt | None]:
+    """Find the least load factor of each passage; return the answers, and the signal that ended the search.
 
-    ``programs`` has functions that compute the associative load factor, by load case. Raises
-    KeyboardInterrupt if no position was solved.
+    ``programs`` has functions that compute the associative load factor, by load case. The signal is None if
+    the search was completed. If no position was solved, KeyboardInterrupt is raised after Ctrl-C, and
+    TimeLimitError at the time limit.
     """
     many = session.without_incremental()
     all_trials: list[search.PassageTrials] = []
-    interrupted, associative = False, session.method.associative
+    stop: KeyboardInterrupt | None = None
+    associative = session.method.associative
     default_solver = session.how.model is None and session.how.solver is None
     try:
         for way in ways:
@@ -194,12 +258,31 @@ def _cross(
                 for trials in by_case:
                     search.least_coulomb(trials, WITHIN)
                 _solve_equal_positions(by_case)
-    except KeyboardInterrupt:
-        interrupted = True
-    all_trials = [trials.ended() for trials in all_trials if trials.answers]
-    if not all_trials:
-        raise KeyboardInterrupt
-    return all_trials, interrupted
+    except KeyboardInterrupt as caught:
+        stop = caught
+    solved = [trials.ended() for trials in all_trials if trials.answers]
+    if stop is not None and not solved:
+        raise _without_positions(session, all_trials, stop) from None
+    return solved, stop
+
+
+def _without_positions(
+    session: Session, all_trials: list[search.PassageTrials], stop: KeyboardInterrupt
+) -> KeyboardInterrupt | TimeLimitError:
+    """Return the error about a crossing that ended before its method solved any position.
+
+    The message states the least associative load factor, if a Coulomb method has computed any so far.
+    """
+    known = f"no position was solved with method '{session.method.name}'"
+    bounds = [trials.associative for trials in all_trials if trials.associative.answers]
+    least = min((trials.least for trials in bounds), default=math.inf)
+    if math.isfinite(least):
+        positions = counted(sum(len(trials.answers) for trials in bounds), "position")
+        value = numeral(least, ".6f")
+        known = f"{known}; least associative load factor at {positions}: {value}, an upper bound of λ"
+    if isinstance(stop, TimeLimitReached):
+        return _time_is_over(all_trials[0].passage.assembly.scene, stop, known)
+    return KeyboardInterrupt(known)
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:

@@ -40,6 +40,11 @@ class CrossingLoadFactors:
         return self.worst.required()
 
     @property
+    def time_limit_reached(self) -> bool:
+        """True if the time limit ended the crossing: λ may be less at other positions."""
+        return self.interrupted and self.worst.time_limit_reached
+
+    @property
     def least(self) -> PassageTrials | None:
         """Answers of the passage with the least load factor; None if the scene is unstable."""
         return min(self.passages, key=lambda trials: trials.least, default=None)

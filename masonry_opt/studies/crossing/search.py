@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 import shapely
 
+from masonry_opt.deadline import SAME_TIME, check_time
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.assembly import Assembly
@@ -219,12 +220,22 @@ class PassageTrials:
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position; the first call solves it. See ``load_factor`` for infinite and NaN."""
+        """Return λ at a position; the first call solves it. See ``load_factor`` for infinite and NaN.
+
+        Raises TimeLimitReached at the time limit, and KeyboardInterrupt if the user interrupted the search
+        for a lower state at this position. An answer that is known by then is recorded.
+        """
         if position not in self.answers:
+            check_time()
             live = self.passage.live(position)
-            self.answers[position] = self.of(live) if live.any() else _UNLOADED
+            answer = self.of(live) if live.any() else _UNLOADED
+            if answer.status is Status.TIME_LIMIT:
+                check_time(SAME_TIME)
+            self.answers[position] = answer
             if self.progress:
-                self.progress(position, load_factor(self.answers[position]))
+                self.progress(position, load_factor(answer))
+            if answer.interrupted and not answer.has(Code.TIME_LIMIT):
+                raise KeyboardInterrupt
         return load_factor(self.answers[position])
 
     def of(self, live: np.ndarray) -> Solution:
@@ -357,7 +368,9 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
     The associative load factors of the passage must be known; they are upper bounds. The search does not
     prove that its answer is the least:
 
-    1. Solve a few evenly spread positions, and the position with the least associative load factor.
+    1. Solve the position with the least associative load factor, and a few evenly spread positions. The
+       position with the least associative load factor comes first, because an interrupted search then has a
+       low load factor already.
     2. Estimate λ at all other positions from the ratio λ / λ_associative of their solved neighbours. Solve
        the position with the lowest estimate as long as this estimate is below the least λ found.
     3. Halve the distances on both sides of the least λ.
@@ -369,10 +382,8 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
     """
     at, associative = solved.associative.positions, solved.associative.load_factors
     spread = np.linspace(0, len(at) - 1, min(_FIRST_POSITIONS, len(at))).round().astype(int)
-    first = {*spread.tolist()}
-    if np.isfinite(associative).any():
-        first.add(int(np.nanargmin(associative)))
-    for index in sorted(first):
+    least = [int(np.nanargmin(associative))] if np.isfinite(associative).any() else []
+    for index in dict.fromkeys([*least, *spread.tolist()]):
         solved.at(float(at[index]))
     while True:
         load_factors = pd.Series({x: solved.at(x) for x in solved.answers}).reindex(at).to_numpy()

@@ -5,6 +5,7 @@ from masonry_opt.reporting.load_factors import certainty, own_name
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
+from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
@@ -34,7 +35,11 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
         lines["undecided"] = f"λ may be less at {count} without an answer: {places}"
     if answer.interrupted:
         not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
-        lines["interrupted"] = f"λ may be less at positions that were not solved{not_reached}"
+        label, by = "interrupted", ""
+        if answer.time_limit_reached:
+            seconds = worst.solution.values_of(Code.TIME_LIMIT)["seconds"]
+            label, by = "stopped", f"by the time limit of {seconds:g} s; "
+        lines[label] = f"{by}λ may be less at positions that were not solved{not_reached}"
     return lines
 
 

@@ -67,7 +67,7 @@ def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
     if not scene.moves_axles:
         return SceneAnswer(session.solve(scene))
     crossed = cross(session, scene)
-    if crossed.interrupted:
+    if crossed.interrupted and not crossed.time_limit_reached:
         raise KeyboardInterrupt
     return SceneAnswer(crossed.worst, crossed)
 

@@ -238,6 +238,19 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there(shaped):
     assert "'A'–'D'" in sentences([warning])[0]
 
 
+def test_an_overlap_of_sides_that_are_not_parallel_is_closed_by_a_contact_tolerance():
+    """A tolerance that makes the sides parallel would be larger than a hundredth of the block, like mortar.
+
+    The block slides on a joint that is tilted by half of the angle, .004, so λ = tan(atan .5 ± .004).
+    """
+    upper = stone([(0, 0.992), (1, 1), (1, 2), (0, 2)], "B", live=(1, 0))
+    overlapping = scene(square("A", 0, 0, fixed=True, weight=None), upper)
+    with pytest.raises(mo.CaseError, match=r"or set 'contact_tolerance' to 0\.008 if their coordinates"):
+        mo.solve(overlapping)
+    result = mo.solve(overlapping.replace(contact_tolerance=0.008))
+    assert result.load_factor == pytest.approx(0.5, rel=0.02)
+
+
 PLUS = shapely.union_all([shapely.box(1, 0, 2, 3), shapely.box(0, 1, 3, 2)])
 FRAME = shapely.box(0, 0, 3, 3).difference(shapely.box(1, 1, 2, 2))
 

@@ -219,3 +219,11 @@ def test_blocks_below_a_height_are_supports(tmp_path, height):
     assert mo.solve(scene, "static").required() == pytest.approx(0.7, rel=1e-6)
     with pytest.raises(mo.CaseError, match="--fixed-below"):
         mo.read_dxf(tmp_path / "a.dxf", **GIVEN, fixed_below=-1.0)
+
+
+def test_the_command_names_the_option_that_closes_gaps(tmp_path, command):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0.01))
+    options = "--friction", "0.7", "--unit-weight", "20"
+    message = command.refused("convert", path, tmp_path / "a.toml", *options)
+    assert "set 'tolerance' (--tolerance) to 0.011" in message
+    assert command("convert", path, tmp_path / "a.toml", *options, "--tolerance", "0.011")

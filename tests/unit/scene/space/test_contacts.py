@@ -8,6 +8,7 @@ from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
 from masonry_opt.scene.space.shapes import shapes
+from masonry_opt.solution.reasons import Code
 
 
 def same_points(found, expected):
@@ -176,3 +177,28 @@ def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
     narrow = on(0.009)
     assert len(narrow.first) == 0
     assert narrow.without_normal == [(0, 1)]
+
+
+def test_a_corner_on_a_corner_has_a_joint_after_the_advised_cut():
+    """Two pyramids, apex on apex, and four slack wires that keep the upper one upright.
+
+    The wires may stay slack, because the centroid is above the apex: the joint can carry the weight alone.
+    """
+    base = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    lower = hull("lower", [*((x, y, 0) for x, y in base), (0, 0, 1)], fixed=True, weight=None)
+
+    def with_upper(*apex):
+        upper = hull("upper", [*((x, y, 2) for x, y in base), *apex])
+        wires = [
+            mo.Tie(between=("upper", "ground"), at=((x, y, 2), (2 * x, 2 * y, 0)), strength=0.1)
+            for x, y in base
+        ]
+        return scene(lower, upper, ties=wires)
+
+    blunt = [(0.01 * x, 0.01 * y, 1) for x, y in base]
+    warnings = mo.solve(with_upper((0, 0, 1))).warnings
+    assert Code.WITHOUT_NORMAL in [warning.code for warning in warnings]
+    cut = mo.solve(with_upper(*blunt))
+    assert cut.status is mo.Status.STABLE
+    assert cut.warnings == ()
+    assert cut.joints["n"].sum() == pytest.approx(1 + (cut.ties["force"] / np.sqrt(6) * 2).sum(), rel=1e-6)
