@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from mappings import mapped, mirrored
-from scenes import solved, two_blocks
+from scenes import CASES, solved, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.methods.bounds.least import LeastProof
@@ -74,7 +74,7 @@ def test_blocks_with_other_names_end_at_the_least(tmp_path):
 def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
     """Without further starts the wall ends at 32.025."""
     monkeypatch.setattr(
-        method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven(few_joints=True))
+        method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven(full_budget=True))
     )
     result = mo.solve(WALL, incremental=False)
     before, after = result.solution.log[-2:]
@@ -85,7 +85,7 @@ def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
 
 
 def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
-    steps = (Incremental(), ExactFrom("incremental"), LeastProven(few_joints=True))
+    steps = (Incremental(), ExactFrom("incremental"), LeastProven(full_budget=True))
     monkeypatch.setattr(method, "STEPS", steps)
     result = mo.solve(STONES, incremental=False, budget=replace(BUDGET, programs=20))
     assert result.bound is None
@@ -102,6 +102,14 @@ def test_larger_scenes_have_a_share_of_the_programs_before():
     assert budget.covers(problem)
     assert not replace(budget, most_joints=problem.joints - 1).covers(problem)
     assert not budget.covers(replace(problem, settled=np.zeros(problem.B.shape[1])))
+
+
+def test_an_arch_has_the_full_budget_with_any_number_of_joints():
+    """The arch of 28 joints has 84 unknown forces and 81 equations of equilibrium."""
+    problem = assemble(mo.load(CASES / "casapulla_lauro" / "arch.toml")).problem
+    assert problem.joints > BUDGET.few_joints
+    assert BUDGET.is_full_for(problem)
+    assert not replace(BUDGET, few_redundant_forces=2).is_full_for(problem)
 
 
 def test_a_search_takes_turns_with_the_proof(monkeypatch):

@@ -60,6 +60,11 @@ class ProofBudget:
     #: size. On larger scenes most searches would end without a proof.
     few_joints: int = 15
 
+    #: Largest number of redundant forces (unknown forces minus equations of equilibrium) of a scene that has
+    #: the full budget with any number of joints. A single arch has three, so that its proof is short. With a
+    #: larger number more searches use the full budget in vain.
+    few_redundant_forces: int = 3
+
     #: The full budget: number of linear programs, which take about 1 s. With a larger budget more scenes are
     #: proven, and all other scenes take longer.
     programs: int = 4500
@@ -68,9 +73,8 @@ class ProofBudget:
     #: hardly ever succeeds.
     most_joints: int = 60
 
-    #: Budget on scenes with more than ``few_joints``, as a share of the programs that the method has already
-    #: solved, which take about twice as long each. With a larger share more scenes are proven, and the method
-    #: is slower.
+    #: Budget on all other scenes, as a share of the programs that the method has already solved, which take
+    #: about twice as long each. With a larger share more scenes are proven, and the method is slower.
     share: float = 0.6
 
     #: Time limit of the proof in seconds, which is reached only if linear programs are very slow.
@@ -99,9 +103,14 @@ class ProofBudget:
             return False
         return not problem.statics_fix_forces and not problem.flow_is_associative
 
+    def is_full_for(self, problem: Problem) -> bool:
+        """Return True if a problem has the full budget: few joints, or few redundant forces as an arch."""
+        equations, forces = problem.B.shape
+        return problem.joints <= self.few_joints or forces - equations <= self.few_redundant_forces
+
     def programs_for(self, problem: Problem, solved: int) -> int:
         """Return the largest number of programs for a proof, given the number of programs already solved."""
-        return self.programs if problem.joints <= self.few_joints else int(self.share * solved)
+        return self.programs if self.is_full_for(problem) else int(self.share * solved)
 
 
 #: Budget with its defaults.

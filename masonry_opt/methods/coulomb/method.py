@@ -36,9 +36,9 @@ STEPS: tuple[CoulombStep, ...] = (
     Incremental(),
     ExactFrom("incremental"),
     ExactFrom("associative"),
-    LeastProven(few_joints=True),
+    LeastProven(full_budget=True),
     FurtherStarts(),
-    LeastProven(few_joints=False),
+    LeastProven(full_budget=False),
     Loop(),
 )
 

@@ -148,19 +148,20 @@ class FurtherStarts:
 class LeastProven:
     """Step that proves on small plane scenes that no state has a lower load factor, or finds such a state.
 
-    On scenes with few joints the proof comes before the further starts, because fewer starts are needed after
-    a proof. Its budget of linear programs suffices for most of these scenes. On larger scenes the proof
-    follows the further starts, and its budget is a share of the programs that were solved before.
+    On scenes with few joints, and on single arches, the proof comes before the further starts, because fewer
+    starts are needed after a proof. The full budget of linear programs suffices for most of these scenes. On
+    other scenes the proof follows the further starts, and its budget is a share of the programs that were
+    solved before.
     """
 
-    few_joints: bool
+    full_budget: bool
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower load factors are wanted, and the number of joints suits this step."""
+        """Return True if lower load factors are wanted, and the budget of the scene is that of this step."""
         if run.incremental is None or not run.seeks_lower or not run.budget.covers(run.problem):
             return False
-        return self.few_joints == (run.problem.joints <= run.budget.few_joints)
+        return self.full_budget == run.budget.is_full_for(run.problem)
 
     def run(self, run: CoulombRun) -> None:
         """Search for lower load factors until a proof excludes them or the budget is used up."""

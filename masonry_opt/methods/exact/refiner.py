@@ -147,6 +147,9 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
+        #: For each state from which the refiner has looked for lower states: the state found, and the number
+        #: of undecided programs. Many starts lead to the same few states.
+        self._ends: dict[tuple[str, bytes], tuple[ExactState | None, int]] = {}
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
@@ -185,11 +188,20 @@ class Refiner(StateFinder):
         normal force may slide in both directions at once, which satisfies every row of the programs but
         violates the flow rule.
         """
-        state, lower = None, self.first(q)
-        while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
-            state, lower = lower, self._lower(lower)
-        if state is None:
+        first = self.first(q)
+        if first is None:
             return None
+        key = f"{first.load_factor:.9e}", (first.rates > self._settings.at_rest).tobytes()
+        if key not in self._ends:
+            self._ends[key] = self._lowest_from(first), self.undecided
+        state, self.undecided = self._ends[key]
+        return state
+
+    def _lowest_from(self, first: ExactState) -> ExactState | None:
+        """Return the last of the lower and lower states that follow a state; None if it is not exact."""
+        state, lower = first, self._lower(first)
+        while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
+            state, lower = lower, self._lower(lower)
         if not state.exact:
             return None
         if lower and lower.exact and not self._weightless(lower):
