@@ -182,7 +182,8 @@ class Refiner(StateFinder):
         """Return the exact state found from joint forces, shape (3c,); None if no state is found.
 
         The first state has the mechanism with the least energy for the given forces. Lower states with other
-        mechanisms follow, until λ no longer decreases or would decrease to zero.
+        mechanisms follow, until λ no longer decreases or would decrease to zero. If an earlier start led to
+        the same first state (λ to ten digits and moving faces), the result of this start is returned.
 
         A state whose certificate exceeds the limits is not returned. The reason is that a joint without
         normal force may slide in both directions at once, which satisfies every row of the programs but
@@ -198,7 +199,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Return the last of the lower and lower states that follow a state; None if it is not exact."""
+        """Return the last of the successively lower states after ``first``; None if it is not exact."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)
