@@ -59,7 +59,7 @@ class IncrementalSettings:
     #: Largest number of linear solves of a damped motion. If the blocks are then neither at rest nor beyond
     #: ``far``, the analysis cannot decide between equilibrium and collapse. With a smaller number slow slides
     #: remain undecided; with a larger number they take longer.
-    motion_solves: int = 1000
+    motion_solves: int = 4000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
     #: fewer solves an exact state is found for fewer collapses in space, where directions of slip change;
     #: with more solves collapses without an exact state take longer.
