@@ -39,7 +39,7 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
 }
 
 #: Parameters of the readers that messages about gaps and overlaps advise to change.
-_TOLERANCES = ("tolerance", "contact_tolerance", "outline_tolerance")
+_TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
 #: case file contains the path of the mesh file.
@@ -190,7 +190,7 @@ def _options_named(called: Mapping[str, str]) -> Iterator[None]:
         yield
     except CaseError as error:
         message = str(error)
-        for name in _TOLERANCES:
+        for name in _TOLERANCE_NAMES:
             message = re.sub(rf"'{name}'(?! \()", f"'{name}' ({called[name]})", message)
         raise CaseError(message) from None
 

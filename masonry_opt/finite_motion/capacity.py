@@ -18,7 +18,7 @@ from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import CONFIDENCE_FACTOR, KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.moved_blocks import point_forces
+from masonry_opt.finite_motion.moved_blocks import LEAST_RATE, control_force, point_forces
 from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import displaced, moved, placed
@@ -30,7 +30,6 @@ from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.rows import dots, lengths, sums
-from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.solution.reasons import Code, Reason
 from masonry_opt.solution.thresholds import MOVES
 
@@ -41,9 +40,6 @@ if TYPE_CHECKING:
 _WEIGHT_TOLERANCE = 1e-2
 #: Largest vertical share at which the live load of a kinematic check still counts as horizontal.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point.
-#: Control points with smaller rates raise an error.
-_LEAST_RATE = 1e-6
 #: Legend entry, colour and marker of the events that a plot of the curve marks, by code.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
@@ -116,11 +112,11 @@ def capacity(
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
-    control = _control(result, live, block, point)
+    control = control_force(result, live, block, point)
     path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
-    if path.motion.any() and abs(control_rate) <= _LEAST_RATE * rates.max():
+    if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
     return curve
 
@@ -141,34 +137,6 @@ def _not_followed(assembly: Assembly) -> list[str]:
         parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
     crushing = ["limited 'strength' of joints"] if len(assembly.problem.crushing) else []
     return [*parts, *crushing]
-
-
-def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
-    """Return the forces that define the control displacement.
-
-    The control displacement is the mean displacement of their points along the forces.
-
-    Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
-    at the control point.
-    """
-    if block is None:
-        if point is not None:
-            raise OptionError("the control point needs a block: specify 'block' (--block) too")
-        return live
-    assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
-    if block not in names:
-        none = f"there is no movable block '{block}': choose from {some(names)}"
-        raise OptionError(f"{result.case}: block: {none}")
-    row, along = names.index(block), live.force.sum(axis=0)
-    if not np.linalg.norm(along) > _LEAST_RATE * lengths(live.force).sum():
-        raise OptionError("the live load has no resultant, so its direction is undefined: omit 'block'")
-    at = assembly.geometry.centroid[assembly.movable[row]]
-    if point is not None:
-        position = coordinates(point, len(at))
-        if position is None:
-            raise OptionError(f"the control point needs {COORDINATES[len(at)]} (found {point!r})")
-        at = position - assembly.geometry.origin
-    return Forces(np.array([row]), along[None], at[None], np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,15 +17,21 @@ from masonry_opt.problem.laws import Law
 from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
+from masonry_opt.reporting.names import some
 from masonry_opt.result import Result
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.rows import linked
+from masonry_opt.scene.rows import lengths, linked
+from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.solution.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
+#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point.
+#: Control points with smaller rates raise an error, and so do live loads whose resultant is smaller than this
+#: share of the sum of their sizes.
+LEAST_RATE = 1e-6
 #: Points of Simpson's rule, as fractions of the length of an edge. The rule is exact for cubic functions.
 _SIMPSON_POINTS = np.array([0.0, 0.5, 1.0])
 #: Weights of Simpson's rule.
@@ -382,3 +388,31 @@ def least_missed(
             below, above = session.multipliers()[: 2 * rows].reshape(2, rows)
             return float(value), -(below + above), np.array(q)
     return None
+
+
+def control_force(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
+    """Return the forces that define the control displacement.
+
+    The control displacement is the mean displacement of their points along the forces.
+
+    Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
+    at the control point.
+    """
+    if block is None:
+        if point is not None:
+            raise OptionError("the control point needs a block: specify 'block' (--block) too")
+        return live
+    assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
+    if block not in names:
+        none = f"there is no movable block '{block}': choose from {some(names)}"
+        raise OptionError(f"{result.case}: block: {none}")
+    row, along = names.index(block), live.force.sum(axis=0)
+    if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
+        raise OptionError("the live load has no resultant, so its direction is undefined: omit 'block'")
+    at = assembly.geometry.centroid[assembly.movable[row]]
+    if point is not None:
+        position = coordinates(point, len(at))
+        if position is None:
+            raise OptionError(f"the control point needs {COORDINATES[len(at)]} (found {point!r})")
+        at = position - assembly.geometry.origin
+    return Forces(np.array([row]), along[None], at[None], np.zeros(0))

@@ -294,5 +294,5 @@ def test_slopes_and_motions_of_a_problem():
         for function in (problem.C, problem.D, lambda slope: problem.rates(d, slope)):
             with pytest.raises(mo.OptionError, match=words):
                 function(wrong)
-    with pytest.raises(mo.OptionError, match="d must be an array of the velocities of all movable blocks"):
+    with pytest.raises(mo.OptionError, match="d must be an array of velocities of all movable blocks"):
         problem.rates(d[:-1], 0.3)

@@ -84,7 +84,7 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, comma
 
 
 @pytest.mark.usefixtures("terminal")
-@pytest.mark.parametrize("how", [(), ("--quiet",), ("--json",)])
+@pytest.mark.parametrize("how", [(), ("--quiet",)])
 def test_nothing_is_shown_in_a_pipe_or_quietly(command, how):
     screen = Screen(terminal=bool(how))
     with redirect_stderr(screen):

@@ -355,7 +355,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
-        "not numbers",
+        "not finite numbers",
     ),
     "a condition that does not exist": (
         lambda proof: with_conflict(proof, StaticConflict, lambda _: {"conditions": np.array([10**6])}),

@@ -271,7 +271,7 @@ def test_every_field_of_a_record_is_told_with_its_type_and_nothing_of_pydantic(r
 
 def test_types_and_defaults_are_those_of_the_class(records):
     text = "\n".join(documented(records, mo.Column))
-    assert "drums : int\n    How many." in text
+    assert "drums : int\n    Number of drums." in text
     assert "batter : Literal['both', 'left', 'right'], default 'both'" in text
     assert "width : float or tuple[float, float]\n" in text
     assert (

@@ -231,11 +231,11 @@ def test_sets_are_whole():
     [
         ({"loads": [1, 0], "distances": [1]}, "greater than 0"),
         ({"loads": [1, 1], "distances": [-1]}, "greater than 0"),
-        ({"loads": [1, 1]}, "1, has 0"),
+        ({"loads": [1, 1]}, r"need 1 'distances'.* \(found 0\)"),
         ({}, "no axle"),
         ({"set": "LM9"}, "did you mean 'LM2'"),
         ({"set": "tank"}, "LM1 lane 1"),
-        ({"set": "LM2", "loads": [1]}, "not both"),
+        ({"set": "LM2", "loads": [1]}, "remove one of the two"),
         ({"loads": [1], "road": [(1, 0), (0, 0)]}, "left to right"),
         ({"loads": [1], "travels": "up"}, "travels"),
     ],

@@ -46,7 +46,7 @@ def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
 
 def test_a_capacity_curve_needs_a_scene_without_ties(command):
     error = command.refused("capacity", TIED, "--method", "static")
-    assert "omit [[tie]] 'rod', or compute only the load factor with 'solve'" in error
+    assert "cannot follow [[tie]] 'rod': omit it, or compute only the load factor with 'solve'" in error
     assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
     command("solve", TIED, "--method", "static")
 
@@ -56,9 +56,8 @@ def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     """Whether the fill presses or weighs alone: another message after the first would lead nowhere."""
     scene = mo.load(FILLED)
     filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
-    with pytest.raises(
-        mo.OptionError, match=r"omit \[\[fill\]\], or compute only the load factor with 'solve'"
-    ):
+    omitted = r"\[\[fill\]\]: omit it" if pressure else r"omit \[\[fill\]\]"
+    with pytest.raises(mo.OptionError, match=f"{omitted}, or compute only the load factor with 'solve'"):
         mo.capacity(mo.solve(filled, "static"))
     assert mo.capacity(mo.solve(scene.replace(fills=[]), "static")).steps
 
