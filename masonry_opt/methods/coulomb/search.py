@@ -191,7 +191,8 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        return lower_of(self.state, state) is state
+        # The finder returns the same object if a start leads to a state that it has found before.
+        return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
         """Store a state as the one with the lowest load factor, and add it to the history."""

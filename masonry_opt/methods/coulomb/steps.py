@@ -159,7 +159,7 @@ class LeastProven:
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower load factors are wanted, and the budget of the scene is that of this step."""
-        if run.incremental is None or not run.seeks_lower or not run.budget.covers(run.problem):
+        if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False
         return self.full_budget == run.budget.is_full_for(run.problem)
 
