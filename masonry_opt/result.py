@@ -70,7 +70,7 @@ _DICTIONARY_NAMES = (
 class Result(Outcome):
     """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
-    The numbers are those of :class:`~.answer.outcome.Outcome`.
+    The class :class:`~.answer.outcome.Outcome` defines the numbers.
 
     Attributes
     ----------

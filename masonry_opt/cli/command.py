@@ -130,8 +130,8 @@ class Given(dict[str, Any]):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is not an option of the method: use the option of the command instead, "
-                    "which --help lists"
+                    f"'{min(own)}' is an option of the command, not of the method: use the option that "
+                    "--help lists instead of --option"
                 )
         return self | options
 

@@ -157,7 +157,7 @@ class Layout:
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the absolute values of all components of a load of shape (b, rows)."""
+        """Return the sum of the magnitudes of all components of a load, shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
@@ -193,7 +193,7 @@ class SpaceLayout(Layout):
         return rates
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all block forces and block moments of a load of shape (b, 6).
+        """Return the sum of the magnitudes of all forces and moments in a load, shape (b, 6).
 
         Magnitudes do not depend on the axes.
         """

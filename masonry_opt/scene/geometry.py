@@ -218,8 +218,9 @@ class Geometry(Extents):
         # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            # A curved piece, such as the region between two arcs, may be thinner than the strip that encloses
-            # it. Therefore π times `mean` limits the depth too.
+            # The depth of an overlap is at most its width. For a curved piece, such as the region between two
+            # arcs, the width of the enclosing strip is too large. Therefore π times `mean` is a second upper
+            # limit.
             width = max(map(_least_width, shapely.get_parts(common[number])))
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:

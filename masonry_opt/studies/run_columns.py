@@ -111,7 +111,7 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return the kind of a mechanism and the numbers of joints in each kind of motion, as table columns.
+    """Return table columns on the mechanism: its kind, and how many joints slide, hinge, separate or crush.
 
     The dictionary is empty if the solution has no mechanism.
     """

@@ -289,8 +289,8 @@ class BlockCorners(ABC):
         """Return the contacts of corners on corners (in space, of edges along edges).
 
         A contact is left out if its pair has a joint near it, or if both blocks share a side with other
-        blocks at that place, such as a point where four bricks meet. The parameters are those of
-        :meth:`without_normal`.
+        blocks at that place, such as a point where four bricks meet. See :meth:`without_normal` for the
+        parameters.
         """
         meetings = self.meetings(pairs[asked])
         meetings = replace(meetings, pair=asked[meetings.pair])

@@ -446,8 +446,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. The edges of
-    # triangles outside a notched polygon, which have the opposite orientation, cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. A notched
+    # polygon that was divided into a fan has triangles outside it. They have the opposite orientation, so
+    # their edges cancel too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)

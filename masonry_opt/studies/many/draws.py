@@ -164,7 +164,7 @@ class Draws:
             raise OptionError(f"by='{by}': needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
         self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
-        self.texts: dict[str, str] = {}  #: distributions as text, by names of numbers
+        self.texts: dict[str, str] = {}  #: maps the name of each uncertain number to its distribution as text
         for name, law in self._laws.items():
             if name in by_group:
                 self.columns += self._columns_by_group(name, courses)

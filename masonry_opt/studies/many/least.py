@@ -140,7 +140,7 @@ class Threshold(StudyAnswer):
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         does = (
             "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         )
@@ -301,8 +301,8 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
 ) -> Threshold:
     """Find the greatest value of a number (a tilt, an opening) at which a scene is stable, or carries a load.
 
-    Parameters, answer and errors are those of :func:`least`, but the scene must hold at ``lower`` and fail
-    at ``upper``. If there are several thresholds, the answer is the lowest.
+    See :func:`least` for the parameters, the answer and the errors. However, the scene must hold at ``lower``
+    and fail at ``upper``. If there are several thresholds, the answer is the lowest.
     """
     return _Search(False, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
@@ -326,13 +326,17 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
-        #: margin of zero.
+        #: A trial succeeds if its load factor, or its margin under dead load, is at least this value: the
+        #: load factor ``load``, or a margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
-        """Return the threshold between two values; parameters and errors are those of :func:`least`."""
+        """Return the threshold between two values of the scene's parameter.
+
+        See :func:`least` for the parameters. Raises OptionError if a parameter is invalid, or if no threshold
+        exists between the values.
+        """
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
