@@ -158,7 +158,7 @@ def command(
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter is the Given, which is not an option
+        del options[next(iter(options))]  # the first parameter has the type Given and is not an option
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}

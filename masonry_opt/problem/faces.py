@@ -357,7 +357,7 @@ class Faces:
 
     @cached_property
     def turning(self) -> np.ndarray:
-        """Return the indices of the rocking conditions of the joints of limited strength, shape (2, l)."""
+        """Return the indices of the rocking conditions of joints with limited strength, shape (2, l)."""
         return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 

@@ -135,7 +135,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return a text about ties and props with their forces; those that yield come first.
+    """Return a text about ties and props with their forces; ties and props that yield come first.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """

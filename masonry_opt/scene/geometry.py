@@ -116,7 +116,7 @@ class Extents(ABC):
     within: ClassVar[str] = "over an area"
     #: Phrase of error messages about two blocks that touch but have no joint.
     meeting: ClassVar[str] = "only at their corners, but a joint needs an edge of one of the blocks"
-    #: Remedy of the same messages: how the two blocks get a joint.
+    #: Phrase of messages about blocks without a joint: how the two blocks get a joint.
     bearing: ClassVar[str] = "let a corner rest on an edge"
     #: Number of overlapping pairs of blocks after which the search for overlaps ends.
     enough: ClassVar[float] = np.inf

@@ -95,7 +95,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each inconsistency of a scene, the most important first.
+    """Yield an error message for each inconsistency of a scene, with the most important first.
 
     Later checks assume that earlier checks pass, so only the first message is reliable.
     """

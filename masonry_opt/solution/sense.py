@@ -137,7 +137,7 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 
 
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
-    """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
+    """Return a warning that names the pairs of blocks at small gaps, with the widest gap first.
 
     The warning also names the option that closes all gaps. If the option is ``tolerance``, its value also
     aligns the joints in warnings about wedges.
@@ -360,7 +360,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
+    """Return a warning that names the blocks with an extreme ratio, with the most extreme ratio first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.

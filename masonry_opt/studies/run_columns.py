@@ -77,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the values of the columns ANSWER_COLUMNS for a result, except ``seconds``."""
+    """Return the columns ANSWER_COLUMNS of a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}

@@ -123,7 +123,7 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Fix the given conditions (faces,); return a proof that this is infeasible, or None if feasible.
+        """Fix the given conditions (faces,); return a proof if the program is then infeasible, else None.
 
         Raise Undecided if HiGHS does not decide.
         """

@@ -132,7 +132,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds for all states with ``lowest`` ≤ λ ≤ ``highest`` that do not exceed those in ``of``.
+    """Return bounds for states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds the bound in ``of``.
 
     The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ.
@@ -365,7 +365,7 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ that a sequence of programs with more and more products raises."""
+    """Lower bound of λ, which a sequence of programs with more and more products raises."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort

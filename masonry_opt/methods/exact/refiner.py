@@ -199,7 +199,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Return the last of the successively lower states after ``first``; None if it is not exact."""
+        """Step from ``first`` to lower and lower states; return the last state, or None if not exact."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)

@@ -70,8 +70,8 @@ class Iteration:
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
-    #: energy that these slips dissipate with the true shear limits (the paper's corrected energy), in units
-    #: of λ
+    #: Energy that the slips of the sub-problem dissipate with the true shear limits, in units of λ (the
+    #: paper's corrected energy).
     coulomb_sliding: float
     #: error of the dissipated energy, in units of λ: the sum over all joints of |energy with the shear limits
     #: of the sub-problem − energy with the true shear limits|. The small cohesion that the loop adds is not

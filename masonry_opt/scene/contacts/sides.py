@@ -304,7 +304,7 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points at which both blocks of a pair have one of the given joints."""
+        """Return a mask of the points near which both blocks of a pair have one of the given joints."""
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [

@@ -41,7 +41,7 @@ _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex"
 
 
 class CompasDrawing(stones.FlatDrawing):
-    """Values that the user gives for COMPAS data, such as friction; see :func:`read_compas`."""
+    """Values that the user specifies for COMPAS data, such as friction; see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
 
@@ -323,7 +323,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, which another object may contain."""
+    """Yield the blocks of an assembly, a model or a list, even if another object contains it."""
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)

@@ -186,7 +186,7 @@ def question_of(method: str) -> str:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return the claim of a run about its scene (one of CLAIMS); without a claim, the status of the run."""
+    """Return the claim of a run about its scene (one of CLAIMS), or its status if it makes no claim."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER

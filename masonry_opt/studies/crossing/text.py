@@ -44,7 +44,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the printed lines on load cases: the governing one, the others, and those without axles."""
+    """Return the printed lines on the governing load case, other load cases, and load cases without axles."""
     worst, lines = answer.worst, dict[str, str]()
     if worst.load_case is not None:
         governs = ", governs" if len(answer.by_case) - len(answer.not_crossed) > 1 else ""

@@ -100,7 +100,7 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        """Name of the governing load case: the first unstable one, or the one with the least load factor.
+        """Name of the governing load case: the first unstable case, or else the case with the least λ.
 
         It is None if no load case is unstable and none has a load factor. If load factors differ only by
         rounding errors, the first of them governs.
@@ -122,7 +122,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result that pictures show: that of the governing load case, or else the first result."""
+        """Result that pictures show: the result of the governing load case, or else the first result."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property

@@ -137,7 +137,7 @@ class DrawnColumn(NamedTuple):
     """Column of random values in a table of runs."""
 
     name: str
-    of: str  #: name of the number from whose distribution the values are drawn
+    of: str  #: name of the number whose distribution provides the values
     #: Pairs of blocks whose joints have the value; empty if the value belongs to the whole scene.
     pairs: tuple[tuple[str, str], ...] = ()
 

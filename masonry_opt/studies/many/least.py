@@ -48,7 +48,7 @@ _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factor
 
 @dataclass(frozen=True)
 class Trial:
-    """Solved scene for one value of the varied number."""
+    """Scene for one value of the varied number, with its answer."""
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
@@ -409,7 +409,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trials at its ends, the one that holds first.
+        """Narrow an interval by Brent's method; return the trial at the end that holds, then the other trial.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """

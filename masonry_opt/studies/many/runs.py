@@ -65,7 +65,8 @@ class Study(NamedTuple):
     """Settings that are equal in all runs of a study."""
 
     how: HowToSolve
-    make: Callable[[Mapping[str, float]], Scene]  #: function that returns the scene for values by name
+    #: Function that returns the scene for a mapping from names to values.
+    make: Callable[[Mapping[str, float]], Scene]
     scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
 
 

@@ -117,7 +117,10 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, with ±inf or NaN for runs without one (see ``load_factors``)."""
+        """Return a column of load factors, in which runs without a load factor have ±inf or NaN.
+
+        See ``load_factors`` for the meaning of these values.
+        """
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)

@@ -122,7 +122,7 @@ class Bound:
 
     @property
     def results(self) -> dict[str, Result]:
-        """Results by kind: "coulomb" and "incremental" if the method has them, and "associative"."""
+        """Results by kind: "associative", and "coulomb" and "incremental" if the method computes them."""
         if self.result is self.with_associative:
             return {"associative": self.result}
         results = {"coulomb": self.result}
@@ -237,7 +237,7 @@ class Settlement(StudyAnswer):
 
     @property
     def ends(self) -> dict[str, Bound]:
-        """Reactions by name, "least" and "greatest"; empty if the scene is unstable with every reaction."""
+        """Map with the keys "least" and "greatest"; empty if the scene is unstable with every reaction."""
         ends = {"least": self.least, "greatest": self.greatest}
         return {name: end for name, end in ends.items() if end is not None}
 
