@@ -332,11 +332,7 @@ class _Search:
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
-        """Return the threshold between two values of the scene's parameter.
-
-        See :func:`least` for the parameters. Raises OptionError if a parameter is invalid, or if no threshold
-        exists between the values.
-        """
+        """Return the threshold between two values of the scene's parameter; see :func:`least`."""
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")

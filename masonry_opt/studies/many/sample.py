@@ -117,10 +117,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, in which runs without a load factor have ±inf or NaN.
-
-        See ``load_factors`` for the meaning of these values.
-        """
+        """Return a column of load factors, in which runs without a load factor have ±inf or NaN."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
