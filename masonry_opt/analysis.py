@@ -183,7 +183,7 @@ class Session:
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
-    """Return a solution, without its load factor if the load factor is not valid.
+    """Return a solution; remove its load factor if the load factor is not valid.
 
     A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
     does not carry its dead load from rest.

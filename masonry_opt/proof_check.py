@@ -129,7 +129,7 @@ class _Checker:
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults of the proof: those of its pairs of senses, energy bounds and conflicts."""
+        """Return the faults in the proof's pairs of senses, energy bounds and conflicts."""
         faults = [
             f"yield conditions {pair} are not the two senses of sliding of one joint"
             for pair in self._wrong_senses()

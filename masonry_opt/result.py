@@ -70,7 +70,7 @@ _DICTIONARY_NAMES = (
 class Result(Outcome):
     """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
-    The numbers are those of :class:`~.answer.outcome.Outcome`.
+    The class :class:`~.answer.outcome.Outcome` defines the numbers.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Result(Outcome):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings as in JSON output: sentence, code and the values of the code."""
+        """Warnings as records for JSON: sentence, code, and the values in the sentence."""
         warnings = zip(self.warnings, self.warning_sentences, strict=True)
         return [{"sentence": sentence, **plain(warning.as_dict())} for warning, sentence in warnings]
 
@@ -247,7 +247,7 @@ class HasWarnings(Protocol):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings as in JSON output: sentence, code and the values of the code."""
+        """Warnings as records for JSON: sentence, code, and the values in the sentence."""
 
 
 def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from masonry_opt.methods.task import Method
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 
-#: Description of the keys of a case file that define a live load, by dimension (2 or 3).
+#: Map from the dimension (2 or 3) to the description of the keys of a case file that define a live load.
 _LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]' in a block or a [[load]], 'live_per_weight' in a [wall], an [[edge_load]] of kind "
     '"live", an [earthquake], or \'tilt = "right"\' to tilt the ground',

@@ -50,9 +50,9 @@ class ConeStatics(CvxpyStatics):
         return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates p of the yield conditions for block velocities d and a slope of the flow rule.
+        """Return the rates p of the yield conditions for block velocities d.
 
-        The slope is the opening per unit slip, shape (k,).
+        ``slope`` is the slope of the flow rule: the opening per unit slip, shape (k,).
         """
         return self._problem.rates(d, slope)
 
@@ -86,7 +86,7 @@ class ConeMechanism(CvxpyMechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy dissipated at the limits of limited forces.
+        #: Energy dissipated by limited forces, such as those of ties, at their limits.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm

@@ -79,7 +79,8 @@ class CvxpyMechanism:
         #: Slip of each joint that can slide, summed over its senses of sliding, shape (k,).
         self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
-        #: Energy dissipated at the chords of crushing and at the limits of limited forces.
+        #: Energy dissipated by crushing (at the chords of the crushing curve) and by limited forces at their
+        #: limits.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # Keep 0 on the right-hand side. Python may swap the sides of == between two expressions, which would

@@ -128,7 +128,8 @@ class PyomoMechanism:
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
         #: Slip of each joint that can slide, summed over its senses of sliding, as an expression.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Energy dissipated at the chords of crushing and at the limits of limited forces.
+        #: Energy dissipated by crushing (at the chords of the crushing curve) and by limited forces at their
+        #: limits.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

@@ -23,7 +23,7 @@ _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "repor
 
 #: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
-    "solve": "Find the load factor at which CASE collapses, for all its load cases or for a named one.",
+    "solve": "Find the load factor at which CASE collapses, for each of its load cases or for a named one.",
     "check": "Cross-check the static and kinematic formulations of CASE, and CVXPY against Pyomo.",
     "draw": "Draw the blocks, supports, joints, small gaps and loads of CASE to FILE, without solving CASE.",
     "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "
@@ -40,7 +40,7 @@ COMMANDS = {
     "sweep": "Solve CASE for all combinations of values of its parameters, or for random values.",
 }
 
-#: Current names of renamed options, by their former names.
+#: Map from the former name of each renamed option to its current name.
 FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremental"}
 
 

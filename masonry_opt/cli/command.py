@@ -130,8 +130,8 @@ class Given(dict[str, Any]):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is not an option of the method: use the option of the command instead, "
-                    "which --help lists"
+                    f"'{min(own)}' is an option of the command, not of the method: use the option that "
+                    "--help lists instead of --option"
                 )
         return self | options
 
@@ -158,7 +158,7 @@ def command(
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter is the Given, which is not an option
+        del options[next(iter(options))]  # the first parameter has the type Given and is not an option
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}

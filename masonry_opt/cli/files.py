@@ -102,7 +102,7 @@ def _forces(option: str) -> Any:
 
 @partial(reader, refusal="--live-layer '{}': write it as LAYER=X,Y, such as parapet=1,0")
 def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
-    """Parse the name of a layer of a drawing, and the live force on each block of the layer."""
+    """Split text such as "parapet=1,0" into the name of a layer and the live force on each of its blocks."""
     layer, force = text.rsplit("=", 1)
     return layer, _forces("--live-layer")(force)
 

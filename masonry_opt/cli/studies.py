@@ -254,7 +254,7 @@ def _is_complete(answer: Any) -> bool:
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: those for the load cases and the moving axles, or a single result."""
+    """Return the answers for a report: on load cases and moving axles, or else a single result."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

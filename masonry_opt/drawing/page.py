@@ -58,7 +58,8 @@ _RADIUS = 1 / 500
 #: joints.
 _OF_JOINT = 1 / 80
 
-#: Last characters of the script three.js in the pages that trimesh writes.
+#: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
+#: rest of the page.
 _END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 

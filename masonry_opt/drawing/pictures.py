@@ -125,7 +125,7 @@ def elements_picture(
 ) -> Picture:
     """Draw a picture of one kind: "scene" for an unsolved scene, or one of ``PICTURE_KINDS`` for a result.
 
-    Parameters and exceptions are those of :func:`draw`. ``notes`` are sentences below the picture.
+    See :func:`draw` for the other parameters and the exceptions. ``notes`` are sentences below the picture.
     """
     marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
     with figure.style():

@@ -172,7 +172,7 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
 
 
 def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the texts of an AMPL NL file and of its lists of row names and column names."""
+    """Return the texts of three files: an AMPL NL file, its row names, and its column names."""
     # An NL file can have a comment only in its first line. Pyomo writes the name of the program there.
     program.name = "; ".join(header)
     text = io.StringIO()

@@ -36,11 +36,13 @@ from masonry_opt.solution.thresholds import MOVES
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
-#: Largest relative difference between the live load and the weight of the loaded blocks in a kinematic check.
+#: Largest relative difference between the live load and the weight of the loaded blocks with which a
+#: kinematic check is made. A larger difference raises an error.
 _WEIGHT_TOLERANCE = 1e-2
-#: Largest vertical share at which the live load of a kinematic check still counts as horizontal.
+#: Largest vertical share at which the live load of a kinematic check counts as horizontal. A larger share
+#: raises an error.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Legend entry, colour and marker of the events that a plot of the curve marks, by code.
+#: Map from the code of each event that a plot of the curve marks to its legend entry, colour and marker.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
@@ -266,7 +268,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Values of ``_onset`` for the live forces on blocks that move.
+        """Magnitudes and rates of the live forces on moving blocks, and rate of the control point.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """
@@ -437,7 +439,7 @@ class Capacity:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the curve, as a text for each label."""
+        """Return the printed lines of the curve, as a dict from the label of each line to its text."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {

@@ -26,7 +26,7 @@ from masonry_opt.solution.thresholds import same
 #: relative to the speed of the fastest corner and to the size of the scene. With a larger value, more
 #: mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
-#: Relative distance of the last angle of a path from an angle at which λ grows without bound.
+#: If λ grows without bound at an angle, the path ends before this angle, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
 #: Smallest opening or slip rate, relative to the largest rate, at which a joint is reported as opening or
 #: sliding.
@@ -102,7 +102,7 @@ class EdgePath:
             raise OptionError(f"{refused}: here several bodies move, or a body rotates about a point")
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks and of the ground after a rotation of the body by an angle.
+        """Return the poses of all blocks and the ground after the body has rotated by an angle.
 
         The shape is (blocks + 1, 6).
         """

@@ -184,7 +184,7 @@ class MovedBlocks:
     def faces(self) -> np.ndarray:
         """True for blocks that are touched on an edge at a joint's corner, shape (joints, 2, 2).
 
-        The second axis is that of the joint's corners, the third axis that of its blocks.
+        The second axis is for the joint's two corners, the third axis for its two blocks.
 
         Usually the corner of one block touches the edge of the other block. If corners of both blocks
         coincide, both blocks count as touched on an edge.

@@ -20,7 +20,7 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Purpose of the program of the associative load factor, as listed in the ``solvers`` of a Coulomb result.
+#: Key in a Coulomb result's ``solvers`` for the program that finds the associative load factor.
 _ASSOCIATIVE_PURPOSE = "associative"
 
 
@@ -84,7 +84,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver found no state, or a state whose residuals are too large."""
+    """Return True if the solver found no state, or a state with residuals above the limits of acceptance."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 

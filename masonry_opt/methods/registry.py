@@ -43,7 +43,7 @@ _NEWTON = {MATRICES: ("newton",)}
 #: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 
-#: Solver of method "global", by model.
+#: Map from the model to the solver of method "global".
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)

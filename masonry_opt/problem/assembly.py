@@ -91,7 +91,7 @@ class Assembly:
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the indices of the contact points of each of the problem's joints, shape (points, c)."""
+        """Return the indices of each joint's contact points, shape (points, c)."""
         return self.joints.parts[1]
 
     @property

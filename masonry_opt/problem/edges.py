@@ -164,9 +164,10 @@ class EdgeFactors:
         return np.concatenate([x2, x3, last])
 
     def in_edges(self, p: np.ndarray) -> np.ndarray:
-        """Convert the rates p of all yield conditions to rates u₂, u₃, p₀, p₁ of each joint, shape (4c,).
+        """Convert the rates p of all yield conditions to joint rates, shape (4c,).
 
-        The rates p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
+        The rates of a joint are the edge openings u₂ and u₃ and the slips p₀ and p₁ in both senses. The rates
+        p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
         """
         problem = self.problem
         table = problem.table

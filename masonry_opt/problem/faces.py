@@ -157,7 +157,7 @@ class Layout:
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the absolute values of all components of a load of shape (b, rows)."""
+        """Return the sum of the magnitudes of all components of a load, shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
@@ -193,7 +193,7 @@ class SpaceLayout(Layout):
         return rates
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all block forces and block moments of a load of shape (b, 6).
+        """Return the sum of the magnitudes of all forces and moments in a load, shape (b, 6).
 
         Magnitudes do not depend on the axes.
         """
@@ -357,7 +357,7 @@ class Faces:
 
     @cached_property
     def turning(self) -> np.ndarray:
-        """Return the indices of the rocking conditions of the joints of limited strength, shape (2, l)."""
+        """Return the indices of the rocking conditions of joints with limited strength, shape (2, l)."""
         return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 

@@ -21,7 +21,7 @@ from masonry_opt.scene.scene import Scene
 
 
 class Role(StrEnum):
-    """Kinds of limited forces: forces of ties, props, earth pressure and freed supports."""
+    """Kind of a limited force: the force of a tie, prop or freed support, or earth pressure."""
 
     TIE = "tie"
     PROP = "prop"

@@ -137,7 +137,7 @@ class Problem(ProblemParts):
 
     @property
     def live_norm(self) -> float:
-        """Return Σ|f_L|, the sum of the magnitudes of all components of the live load.
+        """Return Σ|f_L|, the sum of the magnitudes of all live load components.
 
         The layout defines the sum, see :meth:`~.faces.Layout.norm`. The objective and the velocities are
         scaled by this number, which brings velocities near 1.
@@ -178,12 +178,12 @@ class Problem(ProblemParts):
 
     @cached_property
     def by_friction(self) -> Sides:
-        """Return the friction law for the index conventions and joint properties of this problem."""
+        """Return the friction law with the joint properties and the numbering of forces of this problem."""
         return self.forms.friction(self.layout, self.law)
 
     @cached_property
     def by_strength(self) -> Chords:
-        """Return the strength law for the index conventions and joint properties of this problem."""
+        """Return the strength law with the joint properties and the numbering of forces of this problem."""
         return self.forms.strength(self.layout, self.law)
 
     def by(self, forms: Forms) -> "Problem":

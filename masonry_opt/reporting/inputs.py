@@ -20,7 +20,7 @@ def _rounded(value: float) -> str:
 
 
 def _place_of_property(v: dict[str, Any]) -> str:
-    """Return the place of a joint property in a case file: one joint, or the table [joints]."""
+    """Return the place in a case file where a joint property is set: a joint, or the table [joints]."""
     return f"joint {pairs(v)}" if v["pairs"] else "[joints]"
 
 

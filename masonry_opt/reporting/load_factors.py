@@ -15,8 +15,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
 #: Name of the load factor of an exact state, if it is proven that no lower state exists.
 LEAST = "least, proven"
-#: Name of the load factor of a state that is not exact, or whose load factor exceeds the end of the load
-#: history.
+#: Name of a load factor whose state is not exact, or that is larger than the load factor at the end of the
+#: load history.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
@@ -30,7 +30,7 @@ _BOUNDS = (
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
-#: Remarks on an incremental load factor, by the reason code with which its load history ended.
+#: Map from the reason code with which a load history ended to a remark on the incremental load factor.
 _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }

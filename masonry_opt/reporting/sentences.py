@@ -41,7 +41,7 @@ _RESIDUAL_NAMES = {
     "joint": "yield of one joint",
 }
 
-#: Descriptions of the joints that a message lists, by the status of the result.
+#: Map from the status of a result to the description of the joints that a message lists.
 _JOINT_DESCRIPTIONS = {
     Status.LOCKED: "joints that slide but cannot open as associative flow requires",
     Status.UNLIMITED: "joints that carry the live load",
@@ -51,7 +51,8 @@ _JOINT_DESCRIPTIONS = {
 #: Methods that let the user choose the solver.
 _SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
 
-#: Descriptions of the options that are changed when the loop of linear programs is run again, by option name.
+#: Map from the name of each option that is changed when the loop of linear programs is run again to a
+#: description of the change.
 _REMEDIES = {
     "sub_problems": "sub-problems solved accurately",
     "alpha": "a smaller slope of the shear limits",
@@ -170,7 +171,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    """Return a sentence with the number of different exact states and the number of starts of the search."""
+    """Return a sentence that states how many starts the search used, and how many exact states it found."""
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
         return f"one exact state was found from {starts}"

@@ -86,7 +86,7 @@ def _says_why_not_incremental(result: Outcome) -> bool:
 
 
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
-    """Return the sentences of all reasons of a result whose code is one of ``codes``."""
+    """Return the sentences for those reasons of a result that have one of the given codes."""
     return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
 
 
@@ -101,7 +101,7 @@ def _why(result: Outcome) -> str:
     return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
 
 
-#: Label of the line about moving blocks and joints, by the name of the load factor.
+#: Map from the name of a load factor to the label of the line about moving blocks and joints.
 _AT = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
@@ -135,7 +135,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Return a text about ties and props with their forces; those that yield come first.
+    """Return a text about ties and props with their forces; ties and props that yield come first.
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """

@@ -48,7 +48,7 @@ _results: TextIO | None = None
 def results_alone() -> Iterator[None]:
     """Reserve standard output for the functions of this module, and send all other output to standard error.
 
-    Other output is that of solvers, for example.
+    Solvers, for example, may write to standard output.
     """
     global _results
     _results = sys.stdout

@@ -116,7 +116,7 @@ class Extents(ABC):
     within: ClassVar[str] = "over an area"
     #: Phrase of error messages about two blocks that touch but have no joint.
     meeting: ClassVar[str] = "only at their corners, but a joint needs an edge of one of the blocks"
-    #: Remedy of the same messages: how the two blocks get a joint.
+    #: Phrase of messages about blocks without a joint: how the two blocks get a joint.
     bearing: ClassVar[str] = "let a corner rest on an edge"
     #: Number of overlapping pairs of blocks after which the search for overlaps ends.
     enough: ClassVar[float] = np.inf
@@ -218,8 +218,9 @@ class Geometry(Extents):
         # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            # A curved piece, such as the region between two arcs, may be thinner than the strip that encloses
-            # it. Therefore π times `mean` limits the depth too.
+            # The depth of an overlap is at most its width. For a curved piece, such as the region between two
+            # arcs, the width of the enclosing strip is too large. Therefore π times `mean` is a second upper
+            # limit.
             width = max(map(_least_width, shapely.get_parts(common[number])))
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:

@@ -22,10 +22,10 @@ Tilt = Annotated[
 #: Sine of the angle below which a direction counts as parallel to gravity.
 _PARALLEL_TOLERANCE = 1e-9
 
-#: Description of a point in error messages, by dimension.
+#: Map from the dimension to the description of a point in error messages.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
-#: Description of the direction of an earthquake in error messages, by dimension.
+#: Map from the dimension to the description of an earthquake's direction in error messages.
 _DIRECTION_FORMS = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
@@ -95,7 +95,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each inconsistency of a scene, the most important first.
+    """Yield an error message for each inconsistency of a scene, with the most important first.
 
     Later checks assume that earlier checks pass, so only the first message is reliable.
     """

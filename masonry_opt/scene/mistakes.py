@@ -43,7 +43,7 @@ _MESSAGES = {
 
 #: Messages for values passed in Python, whose types have other names than in a case file.
 _PYTHON_MESSAGES = _MESSAGES | {
-    "model_type": "must be a {class_name}, or a dict of its keys",
+    "model_type": "must be a {class_name}, or a dict with the keys of a {class_name}",
     "dict_type": "must be a dict",
     "bool_type": "must be True or False",
     "missing": "needs two entries",

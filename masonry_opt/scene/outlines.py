@@ -86,7 +86,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pieces of the intersections of pairs of polygons, and the index of each piece's pair.
+    """Intersect pairs of polygons; return all pieces, and the index of the pair to which each piece belongs.
 
     The indices are in ascending order.
     """

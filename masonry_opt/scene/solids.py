@@ -33,7 +33,7 @@ PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-#: Description of the coordinates of a point in error messages, by dimension.
+#: Map from the dimension to the description of a point's coordinates in error messages.
 COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 

@@ -139,7 +139,10 @@ class Facade(WeighedGenerator):
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
-            yield "'sill', the height of 'opening', 1 (the lintel) and 'spandrel' must have an even sum"
+            yield (
+                "the number of courses of a storey must be even: 'sill' + height of 'opening' + 1 (lintel) "
+                "+ 'spandrel'"
+            )
         for door in self.doors:
             if door > self.openings[0]:
                 yield f"'doors' names opening {door}, but a storey has openings 1 to {self.openings[0]} only"

@@ -96,11 +96,10 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return the largest force on the less loaded of the two blocks of each joint, shape (c,).
+    """Return, for each joint, the smaller of the forces on its two blocks, shape (c,).
 
-    Only movable blocks count.
-
-    ``acting`` is the largest force on each block, shape (b,).
+    The force on a block is the largest force that acts on it, ``acting``, shape (b,). Only movable blocks
+    count.
     """
     lesser = np.full(problem.joints, inf)
     block, joint = problem.matrices.ends.nonzero()
@@ -139,7 +138,8 @@ class FinalState:
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
     #: Opening per unit slip by the flow rule of the mechanism, shape (k,).
     slope: np.ndarray | None = None
-    forms: Forms = BY_FACES  #: friction and strength laws that limit the forces
+    #: Forms in which the friction and strength laws are written, such as linear faces.
+    forms: Forms = BY_FACES
 
     __repr__ = brief
 
@@ -185,9 +185,9 @@ def certified(
 ) -> Answer:
     """Return an answer with a certificate for a flow rule, by default the joints' own flow rule.
 
-    The parameters are those of :func:`certify`. The joints' own flow rule is evaluated at the forces q.
-    Residuals of the certificate are relative to median weights and total loads, so they hide errors on a very
-    light block. If a light block carries the live load, however, this block alone determines λ. Therefore the
+    See :func:`certify` for the parameters. The joints' own flow rule is evaluated at the forces q. Residuals
+    of the certificate are relative to median weights and total loads, so they hide errors on a very light
+    block. If a light block carries the live load, however, this block alone determines λ. Therefore the
     answer has additional residuals, relative to the forces on each block and each joint.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope

@@ -229,7 +229,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
     # If a corner touches an edge, both contact points of the joint coincide, so the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
-    # Forces below this value count as rounding errors. Limits below this value are replaced by it.
+    # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
     rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     # Largest moment that a joint can carry, expressed as the difference of the two normal forces at its

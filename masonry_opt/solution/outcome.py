@@ -92,7 +92,7 @@ class Outcome:
     end: load factor at the end of the load history, when the blocks move without end; None if the history was
         not followed to its end.
     incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
-    at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
+    at_incremental: result at the incremental collapse, with the times and solvers of the whole analysis.
         None if the incremental load factor is switched off.
     associative: load factor with associative flow, an upper bound of all Coulomb load factors; None if
         unlimited.

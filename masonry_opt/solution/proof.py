@@ -102,7 +102,7 @@ class Proof:
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
     #: Conflicts with their multipliers; no assignment satisfies all their clauses.
     conflicts: tuple[Conflict, ...]
-    #: Lower bounds of friction forces that the kinematic conflicts use.
+    #: Lower bounds of the energy that friction dissipates; the kinematic conflicts use them.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
     #: slide in both senses at once, so each pair is an additional clause.

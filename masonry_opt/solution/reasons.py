@@ -60,7 +60,7 @@ class Code(StrEnum):
     CARRIED = "carried"
     # The scene is unstable under its dead load. Value: ``blocks``, the blocks that fall.
     FALLS = "falls"
-    # No joint supports some falling blocks from below. Value: ``blocks``, these blocks.
+    # No joint supports some of the falling blocks from below. Value: ``blocks``, the names of these blocks.
     HANGS = "hangs"
     # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
@@ -133,8 +133,8 @@ class Code(StrEnum):
     # The loop was repeated with other options. Values: ``first``, status of the first run; ``remedies``, the
     # options that were changed in the repeated runs; ``in_vain``, True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
-    # The loop reports the lowest load factor of a sub-problem that the sub-problem's own state verifies.
-    # Value: ``load_factor``, this load factor, or None without such a sub-problem.
+    # The load factor of the loop is the lowest one that the state of its own sub-problem verifies. Value:
+    # ``load_factor``, or None if no sub-problem has such a state.
     LEAST_BORNE_OUT = "least borne out"
 
     # The load history of the incremental analysis ends in an exact state. Values: ``steps`` and ``jumps``,
@@ -156,14 +156,15 @@ class Code(StrEnum):
     CARRIES_MORE = "carries more"
     # There is no load history, because the dilatancy falls with stress. There are no values.
     DILATANCY_FALLS = "dilatancy falls"
-    # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), their number.
+    # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), the number of
+    # joints (in space, of contact points).
     NOT_COMPUTED = "incremental not computed"
     # Load histories were repeated with random input. Values: ``draws``, the number of random stiffnesses, and
     # of random self-stresses; ``stiffness`` and ``stress``, the range of the incremental load factor in each
     # case, or None; ``without``, the number of load histories without a collapse.
     SPREAD = "spread"
-    # The load–displacement curve was requested. Values: ``states``, the number of load steps; ``jumps``, the
-    # number of jumps among them.
+    # The result contains a load–displacement curve. Values: ``states``, the number of load steps; ``jumps``,
+    # the number of jumps among them.
     CURVE = "curve"
 
     # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product z p.
@@ -196,7 +197,8 @@ class Code(StrEnum):
     # of rates for which the bound is valid, or None; ``forces``, True if the bound assumes a limit of normal
     # forces.
     PROVEN = "proven"
-    # The bounds agree for states within the assumed limits of rates and forces.
+    # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
+    # limits of rates and forces.
     WITHIN_IMPOSED = "within imposed"
     # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
     TOUCHES_IMPOSED = "touches imposed"
@@ -224,7 +226,8 @@ class Code(StrEnum):
     # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each such joint;
     # ``slip``, in the plane the largest slip of a joint divided by the speed of the fastest corner.
     JOINTS_SLIDE = "joints slide"
-    # Two blocks touch where there is no joint. Value: ``blocks``, the two blocks.
+    # Two blocks without a joint between them touch in the finite motion. Value: ``blocks``, the names of the
+    # two blocks.
     BLOCKS_MEET = "blocks meet"
     # Closed joints prevent any further motion of the mechanism.
     LOCKS = "locks"
@@ -242,8 +245,8 @@ class Code(StrEnum):
     # Sliding closes a joint by more than its friction resists. Values: ``dilatancy``, ``friction``,
     # ``pairs``.
     DILATANCY_LOW = "dilatancy low"
-    # Some supports have no function: no movable block, fill, tie or prop touches them. Value: ``blocks``,
-    # these supports.
+    # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
+    # ``blocks``, the names of these supports.
     IDLE_SUPPORTS = "idle supports"
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
@@ -265,8 +268,8 @@ class Code(StrEnum):
     # ``weight`` of a median block, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
-    # "strength" or "cohesion"; ``value``; ``weight``, the stress below a column of the median unit weight
-    # that is as high as the scene.
+    # "strength" or "cohesion"; ``value`` of this property; ``weight``, the stress below a column of the
+    # median unit weight that is as high as the scene.
     STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. Values: ``pairs`` of blocks on both sides of a gap; ``widths``
     # of the gaps; ``option`` of the scene that closes all gaps, "tolerance" or "contact_tolerance";
@@ -284,8 +287,8 @@ class Code(StrEnum):
     # Joints of one block are nearly parallel. Values: ``pairs``, the two blocks of each such joint;
     # ``angle``, the largest angle between two joints, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
-    # Corners meet at a joint (in space, edges along each other). Value: ``pairs``, the two blocks of each
-    # such joint.
+    # Only the corners of two blocks meet at a joint (in space, only edges that run along each other). Value:
+    # ``pairs``, the two blocks of each such joint.
     JOINT_AT_CORNERS = "joint at corners"
     # Blocks meet only at corners, without a joint. Value: ``pairs``, the names of these blocks.
     CORNERS_MEET = "corners meet"
@@ -298,8 +301,8 @@ class Code(StrEnum):
     # Corners press on edges of limited strength. Values: ``pairs``, the two blocks of each joint at such a
     # corner; ``normal_forces`` of the joints, largest first.
     CORNERS_BEAR = "corners bear"
-    # A part of an edge load has no effect. Values: ``number`` of the edge load, from 1; ``length`` of the
-    # part without effect.
+    # A part of an edge load has no effect, because no free edge of a movable block is there. Values:
+    # ``number`` of the edge load, from 1; ``length`` of this part.
     BARE_EDGE_LOAD = "bare edge load"
     # The scene was solved without its axles. Value: ``names`` of the groups of axles.
     AXLES_LEFT_OUT = "axles left out"
@@ -311,7 +314,8 @@ class Code(StrEnum):
     FORCES_DIFFER = "forces differ"
 
 
-#: Names of the values that are load factors, by code. They are converted when the live load is scaled.
+#: Map from a reason code to the names of its values that are load factors. These values are converted when
+#: the live load is scaled.
 LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.WEDGED: ("load_factor",),
     Code.BELOW_ZERO: ("load_factor",),

@@ -26,44 +26,46 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
-#: Distance of a group of blocks from all other blocks above which the group counts as far away. The distance
-#: is relative to the size of the group, or to the size of all other blocks if they are larger.
+#: Distance of a group of blocks from all other blocks above which a warning says that the group is far away.
+#: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which their units probably differ. N and kN differ by
-#: a factor of 1000; stone and timber differ by a factor of 5. With a larger value, mistakes in some materials
-#: cause no warning. Below this ratio, unit weights are compared with typical values of masonry and earth.
+#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. N and
+#: kN differ by a factor of 1000, stone and timber by a factor of 5. A larger value would miss the factor of
+#: 1000 if the materials differ too. Below this ratio, unit weights are compared with typical values.
 _OTHER_UNITS = 300.0
 
-#: Ratio of two weights per area above which the weights are compared with typical values, for blocks that are
-#: specified by their weight. In the plane, different thicknesses of blocks can cause smaller ratios.
+#: If the weights per area of a block and of the median block differ by more than this factor, a wrong unit is
+#: suspected, and both are compared with typical values. This applies to plane blocks that are specified by
+#: their weight. Smaller ratios can be due to different thicknesses.
 _OTHER_THICKNESS = 50.0
 
-#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads, above which their units
-#: probably differ. With a larger value, a strength in N in a large scene with weights in kN causes no
-#: warning.
+#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads, above which a warning
+#: says that their units probably differ. With a larger value, there is no warning for a strength in N in a
+#: large scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: Ratio of a block's weight to the strength of a tie or prop, above which the strength is too small to have
-#: an effect.
+#: Ratio of a block's weight to the strength of a tie or prop, above which a warning says that the strength is
+#: too small to have an effect.
 _WEIGHT_TO_STRENGTH = 100.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop, above which the strength is too small
-#: to have an effect. The strength must also be smaller than a fifth of a block's weight.
+#: Ratio of the sum of all dead loads to the strength of a tie or prop, above which a warning says that the
+#: strength is too small to have an effect. The strength must also be smaller than a fifth of a block's
+#: weight.
 _SUM_TO_STRENGTH = 1000.0
 
-#: Ratio of a block's weight to a dead force on the block, above which the force is too small to have an
-#: effect. Small live forces cause no warning, because a live force is often a unit force.
+#: Ratio of a block's weight to a dead force on the block, above which a warning says that the force is too
+#: small to have an effect. Small live forces cause no warning, because a live force is often a unit force.
 _WEIGHT_TO_FORCE_RATIO = 3000.0
 
 #: Largest distance of a force from its block that counts as rounding, relative to the size of the block (the
-#: root of its area or volume).
+#: root of its area or volume). A force at a larger distance causes a warning.
 _OUTSIDE = 0.02
 
 #: Share of a block's weight below which a difference of forces counts as rounding.
 _FORCE_DIFFERENCE_TOLERANCE = 1e-9
 
-#: Code of the warning about blocks that meet without a joint, by dimension.
+#: Map from the dimension to the code of the warning about blocks that meet without a joint.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
 
 
@@ -135,7 +137,7 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 
 
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
-    """Return a warning that names pairs of blocks with a small gap between them, the widest gap first.
+    """Return a warning that names the pairs of blocks at small gaps, with the widest gap first.
 
     The warning also names the option that closes all gaps. If the option is ``tolerance``, its value also
     aligns the joints in warnings about wedges.
@@ -154,7 +156,10 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
 
 
 def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps) -> list[Reason]:
-    """Return a warning with a code that names the pairs of blocks on both sides of gaps, the widest first."""
+    """Return a warning that names the pairs of blocks at gaps, with the widest gap first.
+
+    The list is empty if there are no gaps. ``code`` is the code of the warning.
+    """
     widest_first = dict(sorted(gaps.items(), key=lambda gap: -gap[1]))
     if not widest_first:
         return []
@@ -226,8 +231,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # Bounds of the box around all other groups. Each bound is the least value over all groups, or the second
-    # least value if the group itself has the least one.
+    # For each group, find the bounding box of all other groups: each bound is the least value over all
+    # groups, or the second least value if the group itself has the least one. Upper bounds are negated.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
@@ -355,7 +360,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
+    """Return a warning that names the blocks with an extreme ratio, with the most extreme ratio first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.

@@ -55,7 +55,7 @@ class Solution:
     proof: Proof | None = None  #: proof that no collapse state has a lower load factor; None without a proof
     #: Number of starts of the search for exact states; None for methods without a search.
     starts: int | None = None
-    exact_states: int | None = None  #: number of different exact states found from these starts
+    exact_states: int | None = None  #: number of different exact states found from all starts
     #: Load factor, zero or negative, of an exact state other than the answer. Infinite without such a state.
     below_zero: float = inf
     #: True if equilibrium alone determines all forces, so that no other load factor above zero can cause

@@ -87,8 +87,8 @@ def are_resultants_unique(assembly: Assembly) -> bool:
         B = B[:, ~is_second]
     if has_independent_columns(B):
         return True
-    # All supports and the ground form one node, which has the number of the first support. The index -1,
-    # which is that of the ground, refers to the last entry.
+    # All supports and the ground form one node, which has the number of the first support. The index -1 of
+    # the ground refers to the last entry.
     node = np.append(np.where(scene.fixed, int(scene.fixed.argmax()), np.arange(len(scene.blocks))), 0)
     node[-1] = node[int(scene.fixed.argmax())]
     first, second = joints.first, joints.second

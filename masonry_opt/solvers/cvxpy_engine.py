@@ -162,7 +162,7 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
 
 
 def _largest(A: Any) -> np.ndarray:
-    """Return the magnitude of the largest entry of each row of a matrix."""
+    """Return the largest magnitude of the entries in each row of a matrix."""
     return np.asarray(abs(A).max(axis=1).toarray()).ravel()
 
 

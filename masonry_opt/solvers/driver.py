@@ -49,12 +49,12 @@ class Driver:
 
     ``formulation`` is "static", eq. (9), or "kinematic", eq. (10).
 
-    The initial shear limits are those of the joints' own friction and cohesion. Limits and states are in the
+    The initial shear limits follow from the joints' own friction and cohesion. Limits and states are in the
     problem's units, but the program is scaled. If ``of_load`` is True, it is scaled to units of the load,
     which is more accurate; otherwise only the live load is scaled.
 
-    Problems with the friction cone or the crushing parabola need CVXPY and a conic solver. ``purpose`` and
-    ``repeats`` are those of :class:`~.cvxpy_engine.CvxpyEngine`.
+    Problems with the friction cone or the crushing parabola need CVXPY and a conic solver. See
+    :class:`~.cvxpy_engine.CvxpyEngine` for the arguments ``purpose`` and ``repeats``.
     """
 
     def __init__(

@@ -22,7 +22,7 @@ _PYOMO_VERDICTS = {
 class PyomoEngine:
     """Program declared in Pyomo, together with a HiGHS instance in which it stays loaded.
 
-    The arguments are those of :class:`~.cvxpy_engine.CvxpyEngine`; ``repeats`` has no effect.
+    See :class:`~.cvxpy_engine.CvxpyEngine` for the arguments. The argument ``repeats`` has no effect.
     """
 
     def __init__(

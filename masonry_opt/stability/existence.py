@@ -141,7 +141,7 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # The proof fails, because the moving faces of this choice can all be at yield in one state.
+                # The moving faces of this choice can all be at yield in one state, so the proof fails.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:

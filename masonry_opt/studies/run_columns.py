@@ -77,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the values of the columns ANSWER_COLUMNS for a result, except ``seconds``."""
+    """Return the columns ANSWER_COLUMNS of a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
@@ -111,7 +111,7 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return the kind of a mechanism and the numbers of joints in each kind of motion, as table columns.
+    """Return table columns on the mechanism: its kind, and how many joints slide, hinge, separate or crush.
 
     The dictionary is empty if the solution has no mechanism.
     """

@@ -154,7 +154,7 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
 
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
-    """Process in which libraries use one thread, and which does not import the main program."""
+    """Process that does not import the main program, and in which libraries use one thread."""
 
     def start(self) -> None:
         """Start the process, and hide the file of the main program so that it is not imported."""

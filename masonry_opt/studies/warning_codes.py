@@ -34,7 +34,8 @@ class StudyCode(StrEnum):
     #: ``unit_weight``, the median of the blocks, if the axles are a common set; otherwise ``load`` of all
     #: axles and ``weight``, the sum of all dead loads.
     AXLES_DIFFER = "axles differ"
-    #: Some load cases have no axles. The record has their names, ``cases``.
+    #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
+    #: cases, ``cases``.
     CASES_WITHOUT_AXLES = "cases without axles"
     #: The load history ends closer to the reaction at rest than the answer. The record has the ``end``
     #: ("least" or "greatest"), the ``reaction`` of the answer, and the ``incremental`` reaction at the end

@@ -168,7 +168,7 @@ class StudyAnswer(ABC):
     """Base class of the answers of studies, for terminal, notebook, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         return {}
 
     @abstractmethod
@@ -177,8 +177,9 @@ class StudyAnswer(ABC):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings as records for JSON, with ``sentence``, ``code`` and the values of the code.
+        """Warnings as records for JSON.
 
+        A record contains the ``sentence``, its ``code``, and the values that the sentence contains.
         A warning names an input that looks unintended, or a reason to doubt the answer.
         """
         return []

@@ -42,8 +42,11 @@ def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
     return pytest.approx([least] * 3 + [greatest] * 3, abs=CLOSE * weight)
 
 
-#: Remark on a reaction beside which others may exist.
-NOT_PROVEN = "found, not proven: exact states may have a reaction closer to the reaction at rest"
+#: Remark on a reaction if other exact states may have a reaction closer to the reaction at rest.
+NOT_PROVEN = (
+    "this reaction is not proven to be the limit: other exact states may have a reaction closer to the "
+    "reaction at rest"
+)
 
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]

@@ -11,8 +11,11 @@ UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
 PROVEN = "least, proven (exact collapse states, proven to have the least load factors)"
 METHODS = [("coulomb", PROVEN), ("static", UPPER_BOUND)]
 
-#: Remark on a reaction beside which others may exist.
-MAY_BE_NEARER = "found, not proven: exact states may have a reaction closer to the reaction at rest"
+#: Remark on a reaction if other exact states may have a reaction closer to the reaction at rest.
+MAY_BE_NEARER = (
+    "this reaction is not proven to be the limit: other exact states may have a reaction closer to the "
+    "reaction at rest"
+)
 
 
 @pytest.mark.parametrize(("method", "words"), METHODS)

@@ -22,7 +22,7 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-_CONFLICTS_PURPOSE = "conflicts"  #: Purpose of these programs in the ``solvers`` of a result.
+_CONFLICTS_PURPOSE = "conflicts"  #: Key in a result's ``solvers`` for the programs that find conflicts.
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
 #: verified afterwards, so that a large value is admissible. A smaller value leaves more programs undecided.
@@ -54,7 +54,7 @@ def senses_of(problem: Problem) -> np.ndarray:
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least work of λ times the live load in a motion (3b,), over all λ from 0 to ``highest``."""
+    """Return the least work of λ times the live load in a motion d (3b,), for λ from 0 to ``highest``."""
     return min(0.0, highest * float(problem.live @ d))
 
 
@@ -99,7 +99,7 @@ class Theory(ABC):
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return True for each yield condition that a proof by row multipliers needs, shape (faces,).
+        """Return a mask of the yield conditions that the proof by row multipliers needs, shape (faces,).
 
         Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
@@ -123,7 +123,7 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Fix the given conditions (faces,); return a proof that this is infeasible, or None if feasible.
+        """Fix the given conditions (faces,); return a proof if the program is then infeasible, else None.
 
         Raise Undecided if HiGHS does not decide.
         """

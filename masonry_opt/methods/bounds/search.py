@@ -270,7 +270,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Look for an exact state of lower λ near the last mechanism; if there is one, store it, return True.
+        """Look for an exact state of lower λ near the last mechanism; store it and return True if it exists.
 
         Raise Undecided if only blocks without load move in the state: such a state is not an answer, but its
         existence prevents a proof.

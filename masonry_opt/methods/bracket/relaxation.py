@@ -25,11 +25,12 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Largest force that is assumed if statics set no limit, relative to the sum of all loads.
+#: Limit of forces that is assumed if the static conditions set no limit, relative to the sum of all loads. A
+#: smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
-#: Largest rates and velocities of a mechanism that are considered. An infeasibility proof is accepted if it
-#: excludes all mechanisms whose rates and velocities are smaller.
+#: Limit of the rates and velocities of the mechanisms that an infeasibility proof must exclude. Mechanisms
+#: with larger rates or velocities are not considered.
 _LARGEST_MOTION = 1e9
 
 #: Tolerance of the interior point methods.
@@ -76,11 +77,13 @@ _WORTH_REPEATING = 0.5
 #: Largest number of products in a program. With a larger number programs need more memory.
 _MOST_PRODUCTS = 400_000
 
-#: Least sum of rates that is assumed if kinematics set no limit, in units of the live load's mean velocity.
+#: Smallest limit of the sum of rates that is assumed if the kinematic conditions set no limit, in units of
+#: the mean velocity of the live load.
 _LEAST_RATES = 100.0
 
-#: Sum of rates that is assumed if kinematics set no limit, relative to the sum in the lowest known state. On
-#: walls the sum in the known state is 30 to 140.
+#: Limit of the sum of rates that is assumed if the kinematic conditions set no limit, relative to the sum in
+#: the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in the
+#: lowest known state is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
@@ -129,7 +132,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds for all states with ``lowest`` ≤ λ ≤ ``highest`` that do not exceed those in ``of``.
+    """Return bounds for states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds the bound in ``of``.
 
     The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ.
@@ -238,8 +241,11 @@ class BoundStep:
     bound: float
     lowest: float  #: lower bound of λ from earlier programs; this program includes only states with larger λ
     load_factor: float  #: load factor λ of the best known state
-    rates_within: int  #: largest distance, in blocks, between a force and a rate whose product is a variable
-    #: Largest distance, in blocks, between a force and a velocity whose product is a variable.
+    #: The products of a force and a rate are variables only if their joints are at most this many blocks
+    #: apart.
+    rates_within: int
+    #: The products of a force and a velocity are variables only if the joint and the moving block are at most
+    #: this many blocks apart.
     velocities_within: int
     products: int  #: number of products
     seconds: float  #: time since the method began
@@ -359,7 +365,7 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ that a sequence of programs with more and more products raises."""
+    """Lower bound of λ, which a sequence of programs with more and more products raises."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort

@@ -153,7 +153,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """State finder that alternates between programs of mechanisms and of forces (interior points)."""
+        """State finder that alternates kinematic and static programs, solved by interior-point methods."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task, self._settings)
@@ -242,7 +242,10 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return joint forces (3c + t,) of the load steps at given shares of the number of steps."""
+    """Return the joint forces (3c + t,) at some load steps, for example halfway through the history.
+
+    ``shares`` are the numbers of these steps, relative to the number of all steps.
+    """
     if history is None:
         return []
     last = len(history.steps) - 1

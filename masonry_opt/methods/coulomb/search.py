@@ -61,7 +61,7 @@ class LowerState:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """Limits of a search for lower exact states.
+    """Settings that determine when a search for lower exact states ends, and the seed of its random numbers.
 
     Attributes
     ----------

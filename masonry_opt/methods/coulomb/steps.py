@@ -158,7 +158,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower load factors are wanted, and the budget of the scene is that of this step."""
+        """Return True if lower load factors are wanted, and this step is meant for the scene's budget."""
         if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False
         return self.full_budget == run.budget.is_full_for(run.problem)

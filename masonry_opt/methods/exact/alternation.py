@@ -22,7 +22,8 @@ from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-_EXACT_STATE_PURPOSE = "exact state"  #: Purpose of these programs in the ``solvers`` of a result.
+#: Key in a result's ``solvers`` for the programs that find an exact state.
+_EXACT_STATE_PURPOSE = "exact state"
 
 
 class _PlaneForces:

@@ -11,7 +11,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-_RANDOM_FORCES_PURPOSE = "random forces"  #: Purpose of these programs in the ``solvers`` of a result.
+#: Key in a result's ``solvers`` for the programs that find random forces.
+_RANDOM_FORCES_PURPOSE = "random forces"
 
 
 class RandomForces:

@@ -34,7 +34,7 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_REFINEMENT_PURPOSE = "refinement"  #: Purpose of programs (a) and (b) in the ``solvers`` of a result.
+_REFINEMENT_PURPOSE = "refinement"  #: Key in a result's ``solvers`` for programs (a) and (b).
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,9 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise RefinerTimeout
-        #: Number of programs since the last step to a lower state that the solver neither solved nor proved
-        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count undecided programs.
+        #: Number of programs that the solver neither solved nor proved infeasible, counted since the last
+        #: step to a lower state. If it is not zero, a lower state may have been missed. None if the finder
+        #: does not count such programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces, which is solved repeatedly
 
@@ -199,7 +199,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Return the last of the successively lower states after ``first``; None if it is not exact."""
+        """Step from ``first`` to lower and lower states; return the last state, or None if not exact."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)

@@ -227,7 +227,7 @@ class Search:
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return a mean, with random weights, of the forces of a state and of forces with a lower λ.
+        """Return forces near a state: a mean, with random weights, of its forces and forces with a lower λ.
 
         The forces with the lower load factor are those of program (b) after a few of the active yield
         conditions are released.
@@ -283,11 +283,11 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Kinds of starts in the plane; the search repeats this sequence. Random forces or a neighbour take a tenth
-#: of the time of a load history, and a fixed point takes a third. Fixed points lead to lower states on scenes
-#: in which a whole slope slides.
+#: Kinds of starts in the plane; the search repeats this sequence. A start from random forces or from a
+#: neighbour takes a tenth of the time of a start from a load history, and a fixed point takes a third. Fixed
+#: points find lower states if a whole slope slides.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space; the search repeats this sequence. Random forces lead to lower states in less time
-#: than load histories.
+#: Kinds of starts in space; the search repeats this sequence. Starts from random forces find lower states in
+#: less time than load histories.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

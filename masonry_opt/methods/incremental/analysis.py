@@ -63,7 +63,8 @@ class IncrementalResult:
     #: Exact state with a load factor below ``carried``, in which the blocks continue to move after the
     #: collapse.
     state_in_motion: Answer | None = None
-    #: Motion of the blocks under ``not_carried``, or under the dead load if the scene is unstable.
+    #: Motion of the blocks when they collapse under the load factor ``not_carried``, or under the dead load
+    #: if the scene is unstable.
     collapse: Collapse | None = None
 
     @property

@@ -40,7 +40,7 @@ def mean_force_and_compliance(
 
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
-    direction. The mean force is that of the least-squares solution of equilibrium under the dead load.
+    direction. The mean force is computed from the least-squares solution of equilibrium under the dead load.
     """
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
@@ -49,7 +49,7 @@ def mean_force_and_compliance(
     added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
     blocks = products + sp.diags_array(added)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
-    # If no blocks touch, ties alone carry the load, and the mean force is that of the ties.
+    # If no blocks touch, ties alone carry the load. The mean force is then the mean force of the ties.
     at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)
     mean_force = float(np.abs(at_contacts).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
@@ -182,7 +182,7 @@ class ContactLaw:
     def _add_slip_tangent(
         self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
     ) -> None:
-        """Add the derivatives of the shear forces to a tangent that has only those of the normal forces."""
+        """Add the derivatives of shear forces to a tangent that has only derivatives of normal forces."""
         normal, shear = slice(self.points), slice(self.points, 3)
         pressed = tangent[normal, normal].sum(axis=0)
         limit_rate = slides * self.friction * pressed

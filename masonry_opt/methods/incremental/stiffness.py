@@ -85,7 +85,7 @@ class Band:
         self._at = column * (3 * self.width + 1) + 2 * self.width + row - column
 
     def factorise(self, values: np.ndarray) -> "BandFactors":
-        """Return the factors of the matrix with these entries."""
+        """Factorise the matrix with the given entries, and return its factors."""
         storage = np.zeros((self._size, 3 * self.width + 1))
         storage.ravel()[self._at] = values
         factors, pivots, _ = lapack.dgbtrf(storage.T, self.width, self.width, overwrite_ab=True)
@@ -122,7 +122,7 @@ class SparseOrder:
         self._indices, self._starts, self._shape = numbered.indices, numbered.indptr, (size, size)
 
     def factorise(self, values: np.ndarray) -> "SparseFactors":
-        """Return the factors of the matrix with these entries."""
+        """Factorise the matrix with the given entries, and return its factors."""
         matrix = sp.csc_matrix((values[self._entry], self._indices, self._starts), shape=self._shape)
         return SparseFactors(self._factors(matrix, "NATURAL"), self._permutation)
 

@@ -25,7 +25,8 @@ class Shortfall(StrEnum):
     ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
 
 
-#: Failures of a run: a status without convergence, or a shortfall of a converged run.
+#: Ways in which a run can fail: it does not converge (a status), or it converges to a load factor that is
+#: rejected (a shortfall).
 Failure = Status | Shortfall
 
 #: Function that changes the last attempt into the next one. None means that nothing would change.
@@ -73,7 +74,7 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return the next attempt, in which one option has another value, which ``remedy`` records."""
+    """Return the next attempt, with another value of one option; ``remedy`` records the change."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")

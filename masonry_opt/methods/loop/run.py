@@ -49,12 +49,12 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Shares of the largest rate above which a face counts as moving. The first share exceeds the rates that
-#: solvers return for zero. The second share is tried if the first leads to no exact state, which happens in
-#: some cycles.
+#: A face counts as moving if its rate is above one of these shares of the largest rate. The first share
+#: exceeds the rates that solvers return for zero. The second share is used only if the first leads to no
+#: exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Purpose of the programs that find the exact state at the end of a run, in the ``solvers`` of a result.
+#: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.
 _EXACT_END_PURPOSE = "exact end"
 
 
@@ -70,11 +70,12 @@ class Iteration:
     violation: float  #: largest violation of the true Coulomb law, in median block weights
     raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
-    #: energy that these slips dissipate with the true shear limits (the paper's corrected energy), in units
-    #: of λ
+    #: Energy that the slips of the sub-problem dissipate with the true shear limits, in units of λ (the
+    #: paper's corrected energy).
     coulomb_sliding: float
-    #: error of the dissipated energy, in units of λ: the sum over all joints of |energy in the sub-problem −
-    #: energy with the true shear limits|, without the small cohesion
+    #: error of the dissipated energy, in units of λ: the sum over all joints of |energy with the shear limits
+    #: of the sub-problem − energy with the true shear limits|. The small cohesion that the loop adds is not
+    #: counted.
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1

@@ -120,7 +120,7 @@ def sub_problems(
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return the load factor, corrected by the energy that the small cohesion dissipates (step 6)."""
+    """Return the load factor minus the energy that the small cohesion dissipates (step 6), in units of λ."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)

@@ -53,6 +53,9 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
 
 
 def _turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the counter-clockwise angle between directions; small clockwise angles are negative."""
+    """Return the counter-clockwise angles from ``start`` to ``end``, from 0 to 2π.
+
+    A clockwise angle of up to ``_MOST_OVERLAP`` is returned as a negative angle.
+    """
     turn: np.ndarray = (end - start + _MOST_OVERLAP) % (2 * np.pi) - _MOST_OVERLAP
     return turn

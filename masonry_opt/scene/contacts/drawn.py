@@ -95,9 +95,9 @@ class Lists:
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the items of the chosen lists, after the index in ``chosen`` of each item's list.
+        """Return list numbers and items of the chosen lists, as two arrays with one entry for each item.
 
-        Both arrays have one entry for each item.
+        A list number is the index in ``chosen`` of the list that contains the item.
         """
         numbers = np.arange(len(chosen))
         number, _, position = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])

@@ -188,7 +188,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield the chains of consecutive segments of one pair of blocks, after simplifying each chain.
+    """Yield simplified chains of consecutive segments; each chain belongs to one pair of blocks.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.

@@ -23,9 +23,9 @@ NARROWEST = 10
 #: larger angle to each other.
 _FACING = 0.94
 
-#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, along their common
-#: normal, at which the edges touch. With a smaller difference, all faces at the edges lie nearly in one
-#: plane.
+#: Two crossing edges form a contact only if their vectors ``SolidCorners.inwards`` differ by at least this
+#: much along the common normal of the edges. Otherwise all faces at the edges lie nearly in one plane, and
+#: the blocks do not touch from opposite sides.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that may be due to rounding alone.

@@ -37,7 +37,7 @@ _THINNEST = 2.0
 class Bridge:
     """Value of ``contact_tolerance`` or ``tolerance`` that connects floating blocks to supports."""
 
-    closing: Closing  #: option of the scene, with its smallest sufficient value
+    closing: Closing  #: option of the scene that closes the gaps, with its smallest sufficient value
     gap: float  #: width of the widest gap that the option closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the blocks on both sides of the widest gap
     joints: int  #: number of joints that the option adds
@@ -61,7 +61,7 @@ class Bridge:
         )
 
     def _connections(self, scene: Scene) -> str:
-        """Return the number of blocks that the option connects to supports as text, with remaining blocks."""
+        """Return a text with the number of blocks that the option connects to supports, and other blocks."""
         connected = f"{counted(self.blocks, 'block')} to supports"
         others = len(self.remaining) - 1
         if others < 0:

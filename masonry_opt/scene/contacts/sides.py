@@ -289,8 +289,8 @@ class BlockCorners(ABC):
         """Return the contacts of corners on corners (in space, of edges along edges).
 
         A contact is left out if its pair has a joint near it, or if both blocks share a side with other
-        blocks at that place, such as a point where four bricks meet. The parameters are those of
-        :meth:`without_normal`.
+        blocks at that place, such as a point where four bricks meet. See :meth:`without_normal` for the
+        parameters.
         """
         meetings = self.meetings(pairs[asked])
         meetings = replace(meetings, pair=asked[meetings.pair])
@@ -304,7 +304,7 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points at which both blocks of a pair have one of the given joints."""
+        """Return a mask of the points near which both blocks of a pair have one of the given joints."""
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [

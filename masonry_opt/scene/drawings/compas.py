@@ -18,8 +18,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
 
-#: Largest distance between the middle planes of the prisms of a scene in the plane, relative to the thickness
-#: of the thickest prism. A larger value accepts walls of eccentric blocks.
+#: Largest distance between the middle planes of prisms in a plane scene, relative to the thickness of the
+#: thickest prism. A larger distance raises an error.
 _PLANE_TOLERANCE = 1e-4
 
 #: Default tolerance of lengths, relative to the size of a solid. The value allows for coordinates in single
@@ -41,7 +41,7 @@ _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex"
 
 
 class CompasDrawing(stones.FlatDrawing):
-    """Values that the user gives for COMPAS data, such as friction; see :func:`read_compas`."""
+    """Values that the user specifies for COMPAS data, such as friction; see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
 
@@ -245,9 +245,9 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError(
-            "the block is a face that is not perpendicular to this direction"
+            "the block is a single face that is not perpendicular to the direction of projection"
             if mesh.flat
-            else "the block has no thickness in this direction"
+            else "the block has no thickness in the direction of projection"
         )
     if not mesh.flat:
         refuse_holes(mesh, tolerance)
@@ -257,12 +257,13 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:
             raise ValueError(
-                "the block is not a prism: a face is neither parallel nor perpendicular to this direction"
+                "the block is not a prism: one of its faces is neither parallel nor perpendicular to the "
+                "direction of projection"
             )
     if len(ends) != 2 - mesh.flat:
         raise ValueError(
-            "the block is not a prism: in this direction it has a step, no end face, "
-            "or an end face in several parts"
+            "the block is not a prism: in the direction of projection it has a step, no end "
+            "face, or an end face in several parts"
         )
     if not all(end.is_valid for end in ends):
         raise ValueError("the block has a face that crosses itself")
@@ -322,7 +323,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, which another object may contain."""
+    """Yield the blocks of an assembly, a model or a list, even if another object contains it."""
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)

@@ -26,7 +26,8 @@ _THINNEST = 2.0
 #: For a block with curved surfaces the fraction is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
 
-#: Positions of test points on the lines from the middle of a hull (0) to its corners (1).
+#: Positions of test points on the lines from the middle of a hull (0) to its corners (1). The hull replaces
+#: the block if all test points are inside the block.
 _SHARES = (0.35, 0.7)
 
 #: Corners of a unit square.
@@ -40,7 +41,7 @@ class _Pieces(NamedTuple):
     """Convex pieces of a block's sides inside one cell of a binary space partition."""
 
     rings: list[np.ndarray]  #: corners of each piece, shape (corners, 3)
-    side: np.ndarray  #: index of the side to which each piece belongs, shape (pieces,)
+    side: np.ndarray  #: index of the side of the block from which each piece was cut, shape (pieces,)
 
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the smallest and largest height of each piece above planes, shape (pieces, planes) each."""
@@ -131,7 +132,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
 
 
 def _box_around(points: np.ndarray, sides: list[Side]) -> list[np.ndarray]:
-    """Return the faces of a box that has three times the size of the bounding box of all sides."""
+    """Return the faces of a box three times as large as the bounding box of all sides."""
     corners = points[np.unique([corner for side in sides for corner in side.rings[0]])]
     low, high = corners.min(axis=0), corners.max(axis=0)
     low, high = low - (high - low), high + (high - low)

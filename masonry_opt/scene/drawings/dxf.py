@@ -39,7 +39,7 @@ _MOST_COPIES = 10
 
 
 class DxfDrawing(stones.FlatDrawing):
-    """Values that the user gives for a DXF drawing, such as friction, and the meaning of its layers.
+    """Values that the user specifies for a DXF drawing, such as friction, and the meaning of its layers.
 
     See :func:`read_dxf`.
     """
@@ -166,7 +166,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         if not found:
             raise ValueError(f"the model space contains no closed outline{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-        # The live load of each block as a multiple of its weight.
+        # Live load of each block as a multiple of its weight.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         unread = _unread_layers(document, drawing)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
@@ -268,7 +268,7 @@ def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:
-    """Return the layers of a drawing, by name in lower case, each with its name and number of curves."""
+    """Return a dict from each layer's name in lower case to its original name and number of curves."""
     names: dict[str, str] = {}
     count: Counter[str] = Counter()
     for entity in document.modelspace():

@@ -38,7 +38,7 @@ _SCENE_AXES = {
 
 
 class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
-    """Values that the user gives for a mesh file, such as friction, axes and unit; see :func:`read_mesh`."""
+    """Values that the user specifies for a mesh file, such as friction and axes; see :func:`read_mesh`."""
 
     model_config = ConfigDict(title="a mesh")
 

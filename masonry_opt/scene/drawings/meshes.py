@@ -210,7 +210,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Yield, for each edge, the indices of other edges whose bounding boxes are within the tolerance.
+    """For each edge, yield the indices of other edges whose bounding boxes are within the tolerance.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
@@ -330,7 +330,7 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """Return the faces at each edge, by the corner indices of the edge, of which the lower is first."""
+    """Return the faces at each edge; an edge is the pair of its corner indices, in ascending order."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
         for tail, tip in steps_round(face):
@@ -446,8 +446,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. The edges of
-    # triangles outside a notched polygon, which have the opposite orientation, cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. A notched
+    # polygon that was divided into a fan has triangles outside it. They have the opposite orientation, so
+    # their edges cancel too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)

@@ -26,7 +26,7 @@ class Nesting(NamedTuple):
     """Blocks among the outlines of a drawing, and copies of outlines that were left out."""
 
     blocks: list[Outline]
-    copies: list[tuple[Curve, Curve]]  #: each copy that was left out, with its original
+    copies: list[tuple[Curve, Curve]]  #: pairs of an outline that was left out as a copy, and its original
 
 
 def outlines_with_holes(

@@ -102,7 +102,7 @@ def metres(document: Any) -> float | None:
 
 
 def hidden_layers(document: Any) -> dict[str, str]:
-    """Return the layers that are not shown, by name in lower case, with the reason: "frozen" or "off"."""
+    """Return a dict from the name of each hidden layer in lower case to the reason: "frozen" or "off"."""
     return {
         layer.dxf.name.casefold(): "frozen" if layer.is_frozen() else "off"
         for layer in document.layers

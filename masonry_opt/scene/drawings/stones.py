@@ -38,7 +38,7 @@ _SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
-    """Values that a drawing does not contain and the user gives for all blocks and joints."""
+    """Values for all blocks and joints that a drawing does not contain, so that the user specifies them."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -47,12 +47,12 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """Create the record from the arguments of a reader, without those that are None or unknown."""
+        """Create the record from a reader's arguments; omit arguments that are None or unknown."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
-    """Values that the user gives for a plane drawing; see :func:`read_dxf` and :func:`read_compas`."""
+    """Values that the user specifies for a plane drawing; see :func:`read_dxf` and :func:`read_compas`."""
 
     live: PlaneOrSpaceVector = (0.0, 0.0)
 
@@ -162,7 +162,7 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
 
 
 class SolidDrawing(Drawing):
-    """Values that the user gives for drawn solids; see :func:`read_mesh` and :func:`read_compas`."""
+    """Values that the user specifies for drawn solids; see :func:`read_mesh` and :func:`read_compas`."""
 
     model_config = ConfigDict(title="solids as drawn")
 

@@ -120,7 +120,10 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Yield the start and end of each piece between two crossings, and the crossing before the piece."""
+        """Yield the start and end of each piece of the wall between two crossings.
+
+        Each piece comes with the crossing before it, or None for the first piece.
+        """
         ends = [*(crossing.start for crossing in self.crossings), self.end]
         for left, end in zip([None, *self.crossings], ends, strict=True):
             start = left.end if left else self.start

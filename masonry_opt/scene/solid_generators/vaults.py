@@ -56,7 +56,8 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 1`` and ``abutment 2``.
         """
         built = []
-        # In a running bond, the joints of skewbacks and adjacent voussoirs are staggered. The last two rows
+        # Row number of each stone. In a running bond, joints are offset by half a stone in rows with odd
+        # numbers. Skewbacks have numbers of other parity than the adjacent voussoirs. The last two entries
         # are the abutments, which are not divided into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):

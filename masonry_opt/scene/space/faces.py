@@ -19,9 +19,9 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Ratio of the error of one corner of a rectangular face to the distance of all corners from the mean plane
-#: of the face. The error also tilts this plane, so the distance is smaller than the error. With a smaller
-#: ratio, the tolerance that a message recommends may be too small for other faces.
+#: Ratio of the error of one corner of a rectangular face to the distance of its corners from their mean
+#: plane. The error tilts this plane, so all four corners have the same distance, which is smaller than the
+#: error. A message multiplies the distance by this ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
 #: Largest distance of a corner from the plane of its face that may be due to inexact coordinates, relative to

@@ -57,7 +57,7 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lowest and highest corners of parts over the planes of other parts, shape (pairs,) each.
+        """Return the smallest and largest heights of parts over planes of other parts, shape (pairs,) each.
 
         Parameters
         ----------

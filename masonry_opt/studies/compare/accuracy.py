@@ -30,7 +30,8 @@ _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 _LEAST_SLACK = 1e-9  #: Least slack of a point that counts as interior.
 _PROJECTIONS = 6  #: Number of projections on the equations; each projection reduces rounding errors.
-#: Factor by which the step towards the interior point is longer than necessary, because of rounding errors.
+#: Factor by which the step towards the interior point is lengthened. Without it, rounding errors can leave
+#: the point outside the inequalities.
 _STEP_EXCESS = 1.001
 #: Regularisation that is added to A Aᵀ, which is singular if equations of joints that cannot slide coincide.
 _REGULARISATION = 1e-12

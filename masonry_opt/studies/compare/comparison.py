@@ -225,7 +225,8 @@ class _JournalRuns:
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
                 end = run_alone(run, limits.time, limits.memory)
                 row = runs.row_of(dict(zip(runs.KEY, identity, strict=True)), end, limits)
-                if end.how != DIED:  # the system may have killed the process because memory was short
+                # Do not store a process that died, because the system may have killed it for lack of memory.
+                if end.how != DIED:
                     self.journal.add(key, row)
             if row["wall"] > judge.REPEATED_BELOW or row["ended"] != FINISHED:
                 not_repeated.add((scene.name, pair))

@@ -36,7 +36,7 @@ _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
 COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
 
-ANSWER = "answer"  #: Claim that the load factor of the run is that of the scene.
+ANSWER = "answer"  #: Claim of a run that it has found the load factor of the scene.
 #: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
 #: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
@@ -186,7 +186,7 @@ def question_of(method: str) -> str:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return the claim of a run about its scene (one of CLAIMS); without a claim, the status of the run."""
+    """Return the claim of a run about its scene (one of CLAIMS), or its status if it makes no claim."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER

@@ -23,7 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Letters by which charts mark runs without a certified answer, by verdict or by exceeded limit.
+#: Map from a verdict or an exceeded limit to the letter by which charts mark runs without a certified answer.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",
@@ -34,7 +34,7 @@ _ENDING_LETTERS = {
 #: Explanations that charts print for letters, if the name of the verdict is not clear enough.
 _LETTER_MEANINGS = {"N": "no load factor exists, and the run states the right reason"}
 
-#: Name of the error in titles, and label of the axis of errors, by question.
+#: Map from the question to the name of the error in titles, and the label of the axis of errors.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),

@@ -83,7 +83,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return assessed(self, self.required_factor).outcome is AssessmentOutcome.PASSED
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         return facts(self)
 
     def as_dict(self) -> dict[str, Any]:

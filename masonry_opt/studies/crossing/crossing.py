@@ -122,7 +122,7 @@ def cross(
     """Move axles over a scene with the method and options of a session.
 
     If ``first_look`` is True and the method is associative, the default method solves the worst position too.
-    Other parameters, the answer and the errors are those of :func:`crossing`.
+    See :func:`crossing` for the other parameters, the answer and the errors.
     """
     scene.in_plane()  # raises OptionError for solids
     with limited(session.how.time_limit):
@@ -358,7 +358,7 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group of axles: its own road, or the road on the fills."""
+    """Return the points of the road on which axles move: their own road, or the road on the fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

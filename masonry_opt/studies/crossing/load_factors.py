@@ -142,7 +142,7 @@ class CrossingLoadFactors:
 
     @property
     def _case(self) -> list[str]:
-        """List with the name of the column of load cases; empty if the scene has no load cases."""
+        """List with the name of the column that names load cases; empty if the scene has no load cases."""
         return ["load_case"] if self.cases else []
 
     @cached_property

@@ -16,7 +16,7 @@ _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
 
 
 def facts(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the lines that are printed for a crossing: one text for each label."""
+    """Return the printed lines of a crossing, as a dict from the label of each line to its text."""
     worst = answer.worst
     lines = {"case": worst.case, "method": worst.method} | _load_case_facts(answer)
     missing_cases = some([*map(repr, answer.not_crossed)])
@@ -44,7 +44,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the printed lines on load cases: the governing one, the others, and those without axles."""
+    """Return the printed lines on the governing load case, other load cases, and load cases without axles."""
     worst, lines = answer.worst, dict[str, str]()
     if worst.load_case is not None:
         governs = ", governs" if len(answer.by_case) - len(answer.not_crossed) > 1 else ""
@@ -105,8 +105,8 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if answer.passages[0].beside is not None:
         if worst.associative is not None and worst.load_factor is not None:
             lines["associative"] = (
-                f"{numeral(worst.associative, '.6f')} at this position, an upper bound by classical limit "
-                f"analysis: λ is {_difference(worst.load_factor, worst.associative)}"
+                f"{numeral(worst.associative, '.6f')} at this position, as an upper bound by classical "
+                f"limit analysis; λ is {_difference(worst.load_factor, worst.associative)}"
             )
         return lines
     first_look = _first_look(answer)

@@ -14,9 +14,9 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
 #: Unit of unit weights that belongs to the common sets of axles.
 _UNIT_OF_SETS = "kN/m³"
-#: Ratio of the loads of a group of axles to the sum of all dead loads above which their units probably
-#: differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads cause no warning,
-#: because they may be unit loads.
+#: Ratio of the loads of a group of axles to the sum of all dead loads, above which a warning says that their
+#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads
+#: cause no warning, because they may be unit loads.
 _LARGEST_RATIO = 1000.0
 
 

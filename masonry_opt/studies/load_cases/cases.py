@@ -100,7 +100,7 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        """Name of the governing load case: the first unstable one, or the one with the least load factor.
+        """Name of the governing load case: the first unstable case, or else the case with the least λ.
 
         It is None if no load case is unstable and none has a load factor. If load factors differ only by
         rounding errors, the first of them governs.
@@ -122,7 +122,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result that pictures show: that of the governing load case, or else the first result."""
+        """Result that pictures show: the result of the governing load case, or else the first result."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
@@ -197,7 +197,7 @@ class Cases(StudyAnswer):
         return picture
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture of ``plot`` (.png, .svg, .pdf); errors are those of :meth:`Result.save`."""
+        """Write the picture of ``plot`` (.png, .svg, .pdf); see :meth:`Result.save` for the errors."""
         self.plot().save(path, force)
 
 
@@ -207,7 +207,7 @@ class Directions(Cases):
     The table has the columns ``direction`` and ``vertical`` instead of ``load_case`` and ``live``. It also
     has the acceleration ``a_0`` of the masses that activates the mechanism, in g, the participating
     ``mass_fraction`` e*, and the spectral acceleration ``a_star_0`` = a_0 / (e* FC), in g, with FC = 1.35.
-    The additional columns are NaN with a vertical push. Other attributes are those of :class:`Cases`.
+    The additional columns are NaN with a vertical push. See :class:`Cases` for the other attributes.
 
     Attributes
     ----------
@@ -328,9 +328,11 @@ def solve_cases(
 def solve_all(
     scenes: Mapping[str, Scene], method: str, progress: Progress, phases: Phases, **options: Any
 ) -> dict[str, Result]:
-    """Solve scenes that have equal blocks in one session, and return the results by name.
+    """Solve scenes that share the same blocks, and return the results by scene name.
 
-    The options are those of :func:`~masonry_opt.analysis.prepare`.
+    One session solves all scenes, so data that depend only on the blocks are computed once.
+
+    See :func:`~masonry_opt.analysis.prepare` for the options.
     """
     session = prepare(method, keeps=True, **options)
 

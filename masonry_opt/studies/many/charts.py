@@ -50,7 +50,8 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: If a load factor is at least this number of times as large as the next smaller one, it is beyond the axis.
+#: Ratio of a load factor to the next smaller one, from which the larger one is beyond the axis. It is then
+#: drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
 #: Largest fraction of load factors that may be beyond the axis. If there are three or more load factors, one
 #: of them may be beyond the axis in any case.

@@ -137,7 +137,7 @@ class DrawnColumn(NamedTuple):
     """Column of random values in a table of runs."""
 
     name: str
-    of: str  #: name of the number from whose distribution the values are drawn
+    of: str  #: name of the number whose distribution provides the values
     #: Pairs of blocks whose joints have the value; empty if the value belongs to the whole scene.
     pairs: tuple[tuple[str, str], ...] = ()
 
@@ -164,7 +164,7 @@ class Draws:
             raise OptionError(f"by='{by}': needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
         self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
-        self.texts: dict[str, str] = {}  #: distributions as text, by names of numbers
+        self.texts: dict[str, str] = {}  #: maps the name of each uncertain number to its distribution as text
         for name, law in self._laws.items():
             if name in by_group:
                 self.columns += self._columns_by_group(name, courses)

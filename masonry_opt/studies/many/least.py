@@ -48,7 +48,7 @@ _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factor
 
 @dataclass(frozen=True)
 class Trial:
-    """Solved scene for one value of the varied number."""
+    """Scene for one value of the varied number, with its answer."""
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
@@ -140,7 +140,7 @@ class Threshold(StudyAnswer):
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         does = (
             "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         )
@@ -301,8 +301,8 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
 ) -> Threshold:
     """Find the greatest value of a number (a tilt, an opening) at which a scene is stable, or carries a load.
 
-    Parameters, answer and errors are those of :func:`least`, but the scene must hold at ``lower`` and fail
-    at ``upper``. If there are several thresholds, the answer is the lowest.
+    See :func:`least` for the parameters, the answer and the errors. However, the scene must hold at ``lower``
+    and fail at ``upper``. If there are several thresholds, the answer is the lowest.
     """
     return _Search(False, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
@@ -326,13 +326,13 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: Smallest number of a trial at which the scene is stable or carries the load: a load factor, or a
-        #: margin of zero.
+        #: A trial succeeds if its load factor, or its margin under dead load, is at least this value: the
+        #: load factor ``load``, or a margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
-        """Return the threshold between two values; parameters and errors are those of :func:`least`."""
+        """Return the threshold between two values of the scene's parameter; see :func:`least`."""
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
@@ -405,7 +405,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trials at its ends, the one that holds first.
+        """Narrow an interval by Brent's method; return the trial at the end that holds, then the other trial.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """

@@ -65,7 +65,8 @@ class Study(NamedTuple):
     """Settings that are equal in all runs of a study."""
 
     how: HowToSolve
-    make: Callable[[Mapping[str, float]], Scene]  #: function that returns the scene for values by name
+    #: Function that returns the scene for a mapping from names to values.
+    make: Callable[[Mapping[str, float]], Scene]
     scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
 
 
@@ -142,7 +143,7 @@ def run_many(
     has their codes too, and ``attrs["method"]`` is the name of the method. The caller writes the output. If
     no run was solved, the folder remains unchanged, and NoRunSolvedError is raised.
 
-    Other parameters and errors are those of :func:`~.sweep.sweep`.
+    See :func:`~.sweep.sweep` for the other parameters and the errors.
     """
     study.how.refuse_functions()
     journal = None if output is None else _journal(output, study, points)
@@ -222,7 +223,7 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
-    """Return the columns of a run whose answer is replaced by a state of the run at ``found_at``."""
+    """Return the table columns of a run whose answer is replaced by a state of the run ``found_at``."""
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}

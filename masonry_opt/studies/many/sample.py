@@ -117,7 +117,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, with ±inf or NaN for runs without one (see ``load_factors``)."""
+        """Return a column of load factors, in which runs without a load factor have ±inf or NaN."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         unknown = ~np.isfinite(values)
@@ -300,7 +300,7 @@ class Sample(StudyAnswer):
         return records
 
     def _without_answer(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning for each status of invalid or undecided runs, with the number of runs."""
+        """Yield one warning for each status among the invalid and undecided runs, with the number of runs."""
         refused = self.table[self.table["status"] == REFUSED]
         undecided = self._counting[np.isnan(self.load_factors)]
         yield from warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
@@ -356,7 +356,7 @@ class Sample(StudyAnswer):
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         facts = {"case": self.case, "drawn": drawn, "solved": self.counted}
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)

@@ -32,7 +32,7 @@ class SceneAnswer(NamedTuple):
         entries |= crossed.place | {"bound": crossed.bound}
         entries["positions"] = len(crossed.governing) if moved else 0
         entries["undecided_positions"] = crossed.undecided if moved else 0
-        del entries["at"]  # positions of the other axles, which follow from that of the first axle
+        del entries["at"]  # positions of the other axles follow from the position of the first axle
         return entries
 
     @property

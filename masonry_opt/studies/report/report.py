@@ -80,11 +80,16 @@ class ReportPart:
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
     assembly: Assembly  #: assembly of the scene that the user gave
-    printed_in_full: Mapping[str, Result] = field(default_factory=dict)  #: results printed in full, by name
-    others: Mapping[str, Result] = field(default_factory=dict)  #: other results, by name
-    facts: Mapping[str, str] = field(default_factory=dict)  #: facts of the answer, by label
-    pictures: Mapping[str, Picture] = field(default_factory=dict)  #: pictures of the answer, by caption
-    tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)  #: tables of the answer, by heading
+    #: Maps the names of results to results that are printed in full.
+    printed_in_full: Mapping[str, Result] = field(default_factory=dict)
+    #: Maps the names of further results to the results.
+    others: Mapping[str, Result] = field(default_factory=dict)
+    #: Maps the labels of facts about the answer to their texts.
+    facts: Mapping[str, str] = field(default_factory=dict)
+    #: Maps the captions of pictures of the answer to the pictures.
+    pictures: Mapping[str, Picture] = field(default_factory=dict)
+    #: Maps the headings of tables of the answer to the tables.
+    tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
     #: sentences on what the answer leaves open, such as positions that were not solved
     left_open: Sequence[str] = ()

@@ -90,7 +90,7 @@ class Bound:
 
     @property
     def incremental(self) -> float | None:
-        """Reaction at which equilibrium is lost when the supports move, starting from rest.
+        """Reaction at which equilibrium is lost when the supports move, beginning with the forces at rest.
 
         The value is None for an associative method, or if no preload was found.
         """
@@ -109,7 +109,10 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history; if the end is not known, the incremental reaction."""
+        """Reaction at the end of the load history.
+
+        If the end is not known, the value is ``incremental``, the reaction at which equilibrium is lost.
+        """
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
@@ -119,7 +122,7 @@ class Bound:
 
     @property
     def results(self) -> dict[str, Result]:
-        """Results by kind: "coulomb" and "incremental" if the method has them, and "associative"."""
+        """Results by kind: "associative", and "coulomb" and "incremental" if the method computes them."""
         if self.result is self.with_associative:
             return {"associative": self.result}
         results = {"coulomb": self.result}
@@ -181,7 +184,7 @@ class Bound:
             return (
                 ""
                 if self.incremental is None
-                else "equilibrium is lost as the support moves, starting from rest"
+                else "equilibrium is lost at this reaction if the support moves out of its position at rest"
             )
         if result.load_factor is None:
             return ""
@@ -190,8 +193,8 @@ class Bound:
         if self.is_proven:
             return f"{state_found(result)}; proven: no exact state has a reaction closer to that at rest"
         return (
-            f"{state_found(result)}; found, not proven: exact states may have a reaction closer to the "
-            f"reaction at rest{search_remark(result, 'them')}"
+            f"{state_found(result)}; this reaction is not proven to be the limit: other exact states may "
+            f"have a reaction closer to the reaction at rest{search_remark(result, 'them')}"
         )
 
     def _reaction(self, load_factor: float | None) -> float | None:
@@ -234,7 +237,7 @@ class Settlement(StudyAnswer):
 
     @property
     def ends(self) -> dict[str, Bound]:
-        """Reactions by name, "least" and "greatest"; empty if the scene is unstable with every reaction."""
+        """Map with the keys "least" and "greatest"; empty if the scene is unstable with every reaction."""
         ends = {"least": self.least, "greatest": self.greatest}
         return {name: end for name, end in ends.items() if end is not None}
 
@@ -309,7 +312,7 @@ class Settlement(StudyAnswer):
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
-        """Return the lines that are printed for the answer, one text for each label."""
+        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
@@ -383,8 +386,8 @@ class Settlement(StudyAnswer):
     ) -> None:
         """Write one picture (.png, .svg, .pdf), or a page (.html) with both ends.
 
-        ``end``, ``kind`` and ``view`` are those of ``plot``. The file is written completely or not at all.
-        Raises OptionError if the name has another ending, if the file cannot be written or replaced
+        See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
+        at all. Raises OptionError if the name has another ending, if the file cannot be written or replaced
         (``force`` replaces files of other programs), or for the reasons of ``plot``.
         """
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
