@@ -9,8 +9,7 @@ export PYTHONDONTWRITEBYTECODE =
 table1: .venv/installed
 	$(BIN)/masonry-opt reproduce table1 --out results
 
-# "unit": single parts, in half a minute. "test": every claim, by tests that are not marked slow. "slow": the
-# tests that are.
+# "unit" runs the fast tests of single parts. "test" runs all fast tests, and "slow" the tests that are marked so.
 unit: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal tests/unit
 
@@ -33,10 +32,11 @@ lint: .venv/installed
 guide: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -W --keep-going -q -b html docs build/guide
 
+# Modules are compiled when they are first imported: to compile all of them takes half a minute.
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[check,dask,docs,drawings,meshes,mpec,studies,test]'
+	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable '.[check,dask,docs,drawings,meshes,mpec,studies,test]'
 	touch $@
 
 clean:

@@ -45,6 +45,7 @@ def test_a_proof_of_the_default_needs_no_programs_of_products():
     assert "products" not in result.solvers
 
 
+@pytest.mark.slow
 def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed(no_proof):
     result = mo.solve(small_wall(4, 1), "global", time_limit=300.0, incremental=False)
     assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
@@ -86,6 +87,7 @@ def _sum_of_rates(result):
     return np.abs(slip).sum() + first.sum() + second.sum()
 
 
+@pytest.mark.slow
 def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded(no_proof):
     """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own is above 0.01."""
     result = mo.solve(small_wall(4, 1), "global", rate_bound=0.01, incremental=False)
@@ -178,6 +180,7 @@ def test_a_bound_without_a_state_is_no_answer(rough_start, failing):
     assert result.bound > 0
 
 
+@pytest.mark.slow
 def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own():
     scene = small_wall(3, 2)
     states = [solved(scene, name) for name in ("static", "nonassociative", "coulomb")]

@@ -206,6 +206,7 @@ def answer(request):
     return scene, mo.solve(scene, method, incremental=False), options
 
 
+@pytest.mark.slow
 def test_answers_of_the_package_have_their_own_certificates(answer):
     scene, result, options = answer
     for of in (scene, result.assembly):
@@ -214,6 +215,7 @@ def test_answers_of_the_package_have_their_own_certificates(answer):
     assert check.exact == result.solution.answer.exact
 
 
+@pytest.mark.slow
 def test_answers_that_are_perturbed_are_not_exact(answer):
     """Each of λ, q and d, and the friction, changed by a thousandth of its size: the residuals of the
     condition that it enters fail, and no other can."""

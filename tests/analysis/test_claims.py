@@ -19,6 +19,7 @@ def test_the_least_is_claimed_with_a_proof():
     assert mo.check_proof(TWO_STATES, result.proof).holds
 
 
+@pytest.mark.slow
 def test_the_lowest_found_is_not_claimed_to_be_the_least(no_proof):
     result = mo.solve(TWO_STATES)
     assert result.load_factor >= LOWER * (1 - 1e-5)

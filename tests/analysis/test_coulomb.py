@@ -74,6 +74,7 @@ def no_simplex(failing):
 # What it ends in ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ASKED)
 def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
     """The load history of the incremental load factor is the method's own history."""
@@ -85,6 +86,7 @@ def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
     assert 0.98 * incremental.incremental <= result.history["load_factor"].iloc[-1] <= incremental.incremental
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("share", "expected", "near"),
     [(0.0, 0.15, CLOSED_FORM), (-0.5, 0.15, CLOSED_FORM), (1e-7, 0.25, 1e-5)],

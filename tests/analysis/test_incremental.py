@@ -128,6 +128,7 @@ def comb(number: int) -> mo.Block:
     return mo.Block(name=f"comb {number}", vertices=corners, weight=1, live=(1, 0))
 
 
+@pytest.mark.slow
 def test_where_there_is_none_the_reason_says_why(asked):
     endless = mo.solve(pressed_down())
     assert endless.incremental is None

@@ -56,17 +56,20 @@ def test_any_order_of_the_blocks_leads_to_the_least_state(name, order):
     assert_lowest(in_order(mo.load(FOLDER / f"{name}.toml"), order), LEAST_KNOWN[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEAST_KNOWN)
 def test_the_mirror_image_leads_to_the_least_state(name):
     scene = mo.load(FOLDER / f"{name}.toml")
     assert_lowest(mapped(scene, mirrored, mirrored), LEAST_KNOWN[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEAST_KNOWN)
 def test_renumbered_joints_lead_to_the_least_state(name):
     assert_lowest(with_turned_outlines(mo.load(FOLDER / f"{name}.toml")), LEAST_KNOWN[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_a_random_wall_leads_to_the_state_that_searches_find(seed):
     assert_lowest(random_scene("wall", seed), SEARCHED[seed])
@@ -94,6 +97,7 @@ def test_a_rod_that_does_not_yield_leads_to_a_lower_state():
     assert result.load_factor < 0.65 * result.associative
 
 
+@pytest.mark.slow
 def test_the_number_of_starts_in_space_depends_on_the_scene_alone(monkeypatch):
     """A clock that jumps by an hour at each reading must change neither the starts nor the answer."""
     scene = corner_wall(2, 2, 2)
@@ -105,6 +109,7 @@ def test_the_number_of_starts_in_space_depends_on_the_scene_alone(monkeypatch):
     assert second.load_factor == first.load_factor
 
 
+@pytest.mark.slow
 def test_the_forces_of_the_lowest_state_lead_lower():
     """A search of 10 s by an earlier version of this package found 1.324; the default then ended at 3.026."""
     result = solved(held("corner", 1_230_022, space=True))

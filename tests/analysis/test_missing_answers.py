@@ -68,6 +68,7 @@ def test_states_of_scenes_whose_statics_carry_any_multiple(seed, load_factor):
     assert result.load_factor == pytest.approx(load_factor, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_pier_that_settles_below_zero():
     scene, direction = mo.load(FOLDER / "beam_on_three_piers.toml"), (0.647493, -0.002044)
     found = mo.settle(scene, "p1", direction)

@@ -107,6 +107,7 @@ def pushed_by_a_fill(height: float) -> mo.Scene:
     return scene(stone(y=(0, 2), live=UP)).replace(fills=[fill])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "push", "method"),
     [
@@ -156,6 +157,7 @@ def random_stack(seed: int) -> mo.Scene:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_stacks_under_a_fill_that_the_live_load_lifts(seed: int) -> None:
     """The default decides each of them by an exact state, never above an independent linear program."""

@@ -106,6 +106,7 @@ LONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LONG)
 def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path, name):
     """On the one line that a terminal shows, which is here a list."""

@@ -103,6 +103,7 @@ def least_by_enumeration(problem: Problem) -> float:
     return enumerated(0, [], [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEAST)
 def test_the_least_load_factor_is_found_and_proven_from_above(name):
     scene = mo.load(FOLDER / f"{name}.toml")
@@ -113,6 +114,7 @@ def test_the_least_load_factor_is_found_and_proven_from_above(name):
     assert mo.check_proof(scene, proof).holds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEAST)
 def test_orders_and_mirror_images_lead_to_the_same_least_load_factor(name):
     scene = mo.load(FOLDER / f"{name}.toml")
@@ -176,6 +178,7 @@ def test_ties_are_proven():
     assert check(assemble(scene).problem, proof).holds
 
 
+@pytest.mark.slow
 def test_limited_strength_is_proven():
     scene = with_joints(two_blocks(), strength=50.0)
     best, proof = found_from_above(scene)
@@ -269,6 +272,7 @@ def test_a_scene_is_proven_for_users():
         mo.prove_least(FOLDER / "wall_13_joints.toml", seconds=0)
 
 
+@pytest.mark.slow
 def test_users_read_why_there_is_no_proof(no_proof):
     found = mo.prove_least(corner_wall(2, 2, 2))
     assert found.proof is None
@@ -364,6 +368,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
 }
 
 
+@pytest.mark.slow
 def test_the_proof_holds_before_it_is_corrupted(proven):
     found = check(*proven)
     assert found.faults == ()
@@ -442,6 +447,7 @@ def test_what_is_no_file_of_a_proof_is_an_error_that_names_it(tmp_path):
             Proof.load(tmp_path / name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("courses", "least"), [(4, 0.479263), (6, 0.338028)])
 def test_running_bonds_are_proven_where_global_closes_under_assumed_rates(courses, least):
     """Load factors that method "global" brackets, in benchmarks/README.md."""
@@ -496,6 +502,7 @@ def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
             assert one.load_factor <= one.weight * known.load_factor * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed"), [("wall", 1_590_068), pytest.param("wall", 1_590_072, marks=pytest.mark.slow)]
 )

@@ -48,12 +48,14 @@ def in_order(path: Path, seed: int) -> mo.Scene:
     return mapped(scene, order=np.random.default_rng(seed).permutation(len(scene.blocks)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LEAST, ids=lambda path: path.stem)
 @pytest.mark.parametrize("seed", range(2))
 def test_any_order_of_blocks_ends_at_the_least(path, seed):
     assert_proven(mo.solve(in_order(path, seed), incremental=False), LEAST[path])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LEAST, ids=lambda path: path.stem)
 def test_a_mirror_image_ends_at_the_least(path):
     image = mapped(mo.load(path), mirrored, mirrored)
@@ -62,6 +64,7 @@ def test_a_mirror_image_ends_at_the_least(path):
     assert mo.check_proof(image, result.proof).holds
 
 
+@pytest.mark.slow
 def test_blocks_with_other_names_end_at_the_least(tmp_path):
     text = STONES.read_text()
     for number in range(8):
@@ -112,6 +115,7 @@ def test_an_arch_has_the_full_budget_with_any_number_of_joints():
     assert not replace(BUDGET, few_redundant_forces=2).is_full_for(problem)
 
 
+@pytest.mark.slow
 def test_a_search_takes_turns_with_the_proof(monkeypatch):
     """The search, which would go on for ten minutes, ends as soon as the least load factor is proven."""
     monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
@@ -141,6 +145,7 @@ def test_a_search_after_a_proof_ends_at_once():
     assert len(result.history) == 1
 
 
+@pytest.mark.slow
 def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
     """Turns of 100 programs prove in at most twice the programs of a single run."""
     problem, known = assemble(mo.load(STONES)).problem, solved(STONES).solution.answer
@@ -167,6 +172,7 @@ def test_a_proof_for_another_load_factor_is_not_attached():
     assert with_proof(unproven, None) == unproven
 
 
+@pytest.mark.slow
 def test_a_start_after_the_proof_may_lead_lower():
     """A proof whose budget is spent leaves a state, below which further starts may find another."""
     high, low = (mo.solve(STONES, **how).solution.answer for how in ({"descent": False}, {}))
@@ -179,6 +185,7 @@ def test_a_start_after_the_proof_may_lead_lower():
     assert states.answer.load_factor == pytest.approx(low.load_factor, rel=TOLERANCE)
 
 
+@pytest.mark.slow
 def test_the_budget_does_not_depend_on_runs_before():
     """A study counts the programs of all its runs together; the answer to a scene is its own."""
     problem = assemble(random_scene("wall", 2_830_000)).problem

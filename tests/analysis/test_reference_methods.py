@@ -87,6 +87,7 @@ def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(fa
     assert result.stationary is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["mpec", "coulomb"])
 @pytest.mark.parametrize(
     ("friction", "joints"),
@@ -112,6 +113,7 @@ def test_a_state_with_residuals_is_not_called_exact():
     assert result.load_factor == rough.load_factor
 
 
+@pytest.mark.slow
 def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
     """The bottom course slides at λ = μ without opening: where it moves as a whole, no joint contracts."""
     result = solved(small_wall(4, 3, 0.3, dilatancy=-0.05), "coulomb")

@@ -38,6 +38,7 @@ def test_a_search_ends_where_it_was_to_come():
     assert values_of(second, Code.SEARCHED)["candidates"] == second.history["candidate"].iloc[-1]
 
 
+@pytest.mark.slow
 def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
     long, short = (mo.solve(small_wall(), "coulomb", search=seconds, seed=3) for seconds in (0.4, 0.2))
     common = min(len(long.history), len(short.history))
@@ -45,6 +46,7 @@ def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
     assert long.load_factor <= short.load_factor
 
 
+@pytest.mark.slow
 def test_a_search_stopped_at_any_time_has_a_whole_answer():
     seconds = 0.02
     result = mo.solve(small_wall(), "coulomb", search=seconds)

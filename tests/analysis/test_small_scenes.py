@@ -17,6 +17,7 @@ from masonry_opt.scene.contacts.alignment import AlignedContacts
 from masonry_opt.solution.reasons import Code
 
 
+@pytest.mark.slow
 def test_the_default_ends_low_where_states_are_far_apart():
     """The forces of the load history lead to 4.4 times the lowest state that searches of seconds find."""
     result = solved(random_scene("wall", 50037))
@@ -96,6 +97,7 @@ def as_drawn(monkeypatch):
     monkeypatch.setattr(joints, "aligned", kept)
 
 
+@pytest.mark.slow
 def test_corners_moved_by_rounding_leave_no_trace():
     """Contacts of the copies are aligned: λ of the exact wall in seven digits.
 

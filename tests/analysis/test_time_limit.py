@@ -56,6 +56,7 @@ def test_after_the_limit_the_next_phase_does_not_begin():
     check_time()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in SLOWER_TO_TEST)],
@@ -136,6 +137,7 @@ def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
         mo.solve(WALL, time_limit=500.0, descent=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "phase"), [("nonassociative", "sub-problem 3"), ("mpec", "relaxation")])
 def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
     """The third step of the loop or of the relaxation ends as if the time were over."""

@@ -41,6 +41,7 @@ def encodings(drawing, channel):
     return [encoding for encoding in found if "scale" in encoding]
 
 
+@pytest.mark.slow
 def test_time_against_error(drawn):
     drawing = drawn["time_error_associative"]
     marks = drawing.chart.data
@@ -90,6 +91,7 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     assert "1e-06" in drawing.notes
 
 
+@pytest.mark.slow
 def test_pictures_hold_every_point_and_are_the_same_from_run_to_run(drawn):
     names = ("time_error_associative", "time_error_coulomb")
     files = pictures(drawn[name] for name in names)
@@ -178,6 +180,7 @@ def test_the_page_opens_with_the_table_and_ends_with_definitions(comparison):
     assert 'href="#words"' in html
 
 
+@pytest.mark.slow
 def test_a_scene_in_space_has_numbers(tmp_path):
     """A box slides at friction, which feasible points of the cone say from both sides."""
     case = tmp_path / "slides.toml"

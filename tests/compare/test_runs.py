@@ -179,6 +179,7 @@ def test_the_packages_registry_knows_its_cases():
     assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_the_registry_of_made_scenes_knows_them(tmp_path):
     """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
     folder = CASES.parent / "tests" / "atlas"

@@ -99,6 +99,7 @@ def test_every_key_of_a_load_stands_on_its_page(name, record):
     assert set(names) == keys_of(record)
 
 
+@pytest.mark.slow
 def test_the_examples_of_load_cases_and_earthquakes_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("wall.toml").write_text(blocks(page("loads/cases"), "toml")[0], "utf-8")
@@ -121,6 +122,7 @@ def test_the_example_of_stones_without_mortar_prints_what_the_page_shows(tmp_pat
         assert (err + out).split() == shown.split()
 
 
+@pytest.mark.slow
 def test_the_answers_of_the_page_on_stability_are_those_shown(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = page("stability")
@@ -174,6 +176,7 @@ def test_the_version_stands_in_one_place():
     assert f"## {version}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys, tmp_path):
     """λ = 2 is enough, λ = 1/2 is not, and none at all says why."""
     (example,) = blocks(section(page("start"), "In your own tests"), "python")

@@ -18,6 +18,7 @@ def loaded(request):
     return result, keyframes_of(result)
 
 
+@pytest.mark.slow
 def test_they_begin_at_rest_and_end_under_the_load_of_collapse(loaded):
     result, frames = loaded
     problem = result.assembly.problem

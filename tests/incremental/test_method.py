@@ -184,6 +184,7 @@ def test_an_interrupt_goes_through(method):
         mo.solve(small_wall(), method, progress=interrupt, incremental=False)
 
 
+@pytest.mark.slow
 def test_two_runs_are_the_same_to_the_bit():
     one, other = (mo.solve(small_wall(2, 2), incremental=False) for _ in range(2))
     assert one.load_factor == other.load_factor
@@ -248,6 +249,7 @@ def spread(case, draws):
     return values_of(mo.solve(case, "incremental", spread=draws), Code.SPREAD)
 
 
+@pytest.mark.slow
 def test_two_blocks_bear_any_load_of_their_continuum_by_self_stress():
     """Exact states are at every λ from .15 to the associative .25 (Gilbert et al. 2006)."""
     found = spread(CASES / "gilbert" / "two_blocks.toml", 30)

@@ -24,6 +24,7 @@ def followed(scene: mo.Scene, steps: int = 10, **options) -> mo.Capacity:
     return mo.capacity(solved(scene, "static"), steps=steps, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("b", "h"), [(0.3, 2.0), (2.0, 1.0)])
 def test_a_rocking_block(b, h):
     """About the corner the weight's lever is (b cos θ − h sin θ)/2, that of λ W (h cos θ + b sin θ)/2; works
@@ -53,6 +54,7 @@ def test_a_rocking_frame():
     assert curve.reaches_zero
 
 
+@pytest.mark.slow
 def test_a_dead_load_on_its_top_goes_with_it():
     """N at x on the top: λ W (h c + b s)/2 = W (b c − h s)/2 + N ((b − x) c − h s), by a load at a point, by
     N/b along the edge, and by one that grows along it, whose resultant is at 2b/3."""
@@ -163,6 +165,7 @@ def test_an_arch_by_a_second_program():
     assert curve.reaches_zero
 
 
+@pytest.mark.slow
 def test_the_curve_does_not_depend_on_axes_and_units():
     """Turned, in millimetres and newtons, its blocks in another order."""
     scene, about = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"), turned(0.7)
@@ -299,6 +302,7 @@ def bonded_wall(friction: float) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.7, 1.5])
 def test_a_mechanism_of_coulomb_friction_below_the_associative_load_factor_is_followed(friction):
     """Half of the wall, above a stair from (1, 0.25) to (0, 1), turns about (1, 0.25); its centroid is at
@@ -315,6 +319,7 @@ def test_a_mechanism_of_coulomb_friction_below_the_associative_load_factor_is_fo
     assert curve.displacement == pytest.approx(0.375 / 2, abs=CLOSE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_survey_of_a_wall_with_errors_of_2_mm_is_followed(seed):
     """Errors of 2 mm in corners of stones of 500 × 250 mm change λ and the displacement by up to 2 %."""
@@ -325,6 +330,7 @@ def test_a_survey_of_a_wall_with_errors_of_2_mm_is_followed(seed):
     assert curve.displacement == pytest.approx(0.1875, rel=0.02)
 
 
+@pytest.mark.slow
 def test_what_it_is_not_for_is_refused():
     rocks = solved(block_on_floor(friction=3.0), "static")
     strength = mo.JointDefaults(friction=3.0, strength=50.0)
@@ -347,6 +353,7 @@ def test_what_it_is_not_for_is_refused():
             curve.plot(row)
 
 
+@pytest.mark.slow
 def test_the_command(command, tmp_path):
     case, picture = CASES / "oppenheim" / "seven_voussoirs.toml", tmp_path / "curve.svg"
     spectrum = tmp_path / "spectrum.csv"
@@ -367,6 +374,7 @@ def test_the_command(command, tmp_path):
         command.refused("capacity", case, *wrong)
 
 
+@pytest.mark.slow
 def test_pictures_show_the_curve_and_the_blocks_displaced(tmp_path):
     curve = followed(mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"), steps=8)
     (axes,) = curve.plot().axes

@@ -103,6 +103,7 @@ def test_a_front_that_overturns(plan, strength):
 PARTS = {"A": (0, 1), "B": (1, 2)}
 
 
+@pytest.mark.slow
 def test_a_prestressed_tie_that_slackens_pulls_with_its_prestress():
     """A tie before the front shortens: its prestress, least of all, pulls it over. One that never yields does
     nothing within it."""
@@ -118,6 +119,7 @@ def test_a_prestressed_tie_that_slackens_pulls_with_its_prestress():
     assert curve.reaches_zero
 
 
+@pytest.mark.slow
 def test_a_front_that_leaves_its_returns():
     """As if they were not there, from its Coulomb state; with associative flow it drags on them."""
     sides = {"left": (0, 0.6), "right": (3.4, 4)}
@@ -144,6 +146,7 @@ def topped() -> mo.Scene:
     return on_floor(low, mo.Block(name="up", vertices=rectangle(0.5, 1, 2, 3), **on_it), friction=5.0)
 
 
+@pytest.mark.slow
 def test_it_ends_before_the_state_at_which_another_joint_opens():
     """In the plane that state is found, and followed."""
     plane, space = followed(topped()), followed(mo.extrude(topped(), 0.5), steps=40)
@@ -167,6 +170,7 @@ def test_what_does_not_turn_about_one_edge_is_refused_by_name():
         followed(mo.extrude(block_on_floor(friction=3.0), 0.5), block="A", point=(0, 1))
 
 
+@pytest.mark.slow
 def test_the_command_and_pictures(command, tmp_path):
     case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "row.png"
     told = command.json("capacity", case, "--steps", "4")

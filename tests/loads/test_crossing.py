@@ -19,6 +19,7 @@ from masonry_opt.studies.crossing.crossing import _passages
 from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 
 
+@pytest.mark.slow
 def test_a_slab_on_its_support_carries_any_axle():
     """The road begins before the slab, over the support, where an axle loads nothing that can move."""
     scene = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-3, 3)])
@@ -29,6 +30,7 @@ def test_a_slab_on_its_support_carries_any_axle():
         assert found.worst.solution.carries_any_load
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method", ["static", "kinematic", "nonassociative", pytest.param("coulomb", marks=pytest.mark.slow)]
 )
@@ -105,6 +107,7 @@ def test_positions_without_an_answer_are_told_and_end():
     assert np.nanmin(found.load_factors) == pytest.approx(WEIGHT / 3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_axles_beyond_the_road_do_not_count():
     """To the right: with the first axle at the end, the second (three times it) holds the slab down; worst is
     the second alone, at the end. To the left the same in the mirror."""
@@ -155,6 +158,7 @@ def at_points(scene, points):
 ON_ARCH = axles(60.0, 110.0, distances=[0.8], road=[(-2.2, 2.3), (2.2, 2.3)], travels="right")
 
 
+@pytest.mark.slow
 def test_no_load_by_hand_is_worse_than_the_least():
     scene = arch()
     found = mo.crossing(scene, ON_ARCH, method="static")
@@ -172,6 +176,7 @@ def test_no_load_by_hand_is_worse_than_the_least():
 _SAMPLED = 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("strength", "law"), [(None, ""), pytest.param(900.0, "parabola", marks=pytest.mark.slow)]
 )
@@ -221,6 +226,7 @@ def test_a_coulomb_method_ends_at_the_least_of_its_own_sweep():
     assert (merged["load_factor"] <= merged["associative_y"] * (1 + 1e-6))[known].all()
 
 
+@pytest.mark.slow
 def test_a_changed_column_is_a_program_made_anew():
     scene = arch(12)
     assembly = assemble(scene)

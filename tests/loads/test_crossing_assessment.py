@@ -14,6 +14,7 @@ def crossed(group=None, **options):
     return mo.crossing(OVERHANG, group or axles(3.0), **{"method": "static"} | options)
 
 
+@pytest.mark.slow
 def test_loads_at_collapse():
     """λ P .5 = W .5: the axle weighs W at collapse, whatever its load in the case is."""
     for load, factor in ((3.0, 1.0), (5.0, 1.0), (5.0, 2.0)):
@@ -64,6 +65,7 @@ def test_the_picture_shows_a_required_load_factor_far_above_the_least():
     assert chart.get_ylim()[1] > 100.0
 
 
+@pytest.mark.slow
 def test_what_a_required_load_factor_is_compared_with():
     found = crossed(required_factor=3.5)
     assert "proven lower bound for associative flow" in found.facts()["required"] or found.bound == 4
@@ -103,6 +105,7 @@ def test_a_required_load_factor_is_a_positive_number(value):
         crossed(required_factor=value)
 
 
+@pytest.mark.slow
 def test_the_command_ends_with_the_verdict(tmp_path, command):
     mo.save(OVERHANG.replace(axles=[axles(3.0)]), tmp_path / "slab.toml")
     asked = ("crossing", tmp_path / "slab.toml", "--method", "static", "--required-factor")
@@ -112,6 +115,7 @@ def test_the_command_ends_with_the_verdict(tmp_path, command):
     assert "above 0" in command.refused(*asked, "0")
 
 
+@pytest.mark.slow
 def test_bounds_say_why_they_differ_from_the_answer():
     static = crossed().facts()
     assert "Coulomb friction may lower λ below this bound" in static["bound"]
@@ -131,6 +135,7 @@ def test_chords_are_named_as_a_reason():
     assert "Coulomb friction and chords may lower λ below this bound" in facts["bound"]
 
 
+@pytest.mark.slow
 def test_the_picture_has_a_legend_of_hinges_fill_and_loads():
     ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
     backing = mo.Backing(line=[(-1.7, 1.6), (1.7, 1.6)], unit_weight=20)

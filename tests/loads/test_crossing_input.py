@@ -48,6 +48,7 @@ def in_cases(**keys):
     return OVERHANG.model_copy(update={"loads": [crowd], "load_cases": cases} | keys)
 
 
+@pytest.mark.slow
 def test_load_cases(tmp_path):
     """About the edge of the support: λ 1.5 · 3 · .5 = .9 W .5, and λ (2 · 3 + .5 · 6) .5 = W .5 at an end."""
     for name, expected in (("alone", 0.9 * WEIGHT / 4.5), ("crowd too", WEIGHT / 9)):
@@ -70,6 +71,7 @@ def test_load_cases(tmp_path):
         mo.LoadCase(name="a", live={"axles": -1.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", pytest.param("nonassociative", marks=pytest.mark.slow)])
 def test_all_load_cases_at_once(tmp_path, method):
     """Each as alone; at each position of the one or the other the lesser by hand, with a third that is the
@@ -103,6 +105,7 @@ def test_all_load_cases_at_once(tmp_path, method):
     assert (fallen.status, fallen.load_case) == (mo.Status.UNSTABLE, "alone")
 
 
+@pytest.mark.slow
 def test_load_cases_that_were_not_crossed_are_named(tmp_path):
     """After Ctrl-C in the first case, and beside one that falls, in the answer and in the report."""
     told = []
@@ -173,6 +176,7 @@ def test_a_width_is_a_share_of_loads_by_the_thickness():
         axles(3.0, width=0.0)
 
 
+@pytest.mark.slow
 def test_a_first_look_says_by_how_much_the_default_differs():
     found = mo.crossing(OVERHANG, axles(3.0), method="static")
     assert found.as_dict()["default"] == pytest.approx(found.load_factor, rel=1e-6)
@@ -282,6 +286,7 @@ def case(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_command(case, tmp_path, command):
     asked = ("crossing", case, "--method", "static")
     told = command.json(*asked, "--plot", tmp_path / "a.png")
@@ -297,6 +302,7 @@ def test_command(case, tmp_path, command):
         command.refused("crossing", case, *wrong)
 
 
+@pytest.mark.slow
 def test_page(case, tmp_path):
     pytest.importorskip("jinja2")
     found = mo.crossing(case, method="static")

@@ -105,6 +105,7 @@ def over_direction(size, friction, vertical, degrees):
     return min(friction / (1 - vertical * friction), *turns)
 
 
+@pytest.mark.slow
 def test_the_polar_chart_of_a_box(tmp_path):
     size, friction = (2.0, 1.0, 3.0), 0.55
     found = mo.directions(

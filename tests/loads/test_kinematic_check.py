@@ -20,6 +20,7 @@ def rocking(b: float = 1.0, h: float = 2.0, **options: int) -> mo.Capacity:
     return mo.capacity(mo.solve(block_on_floor(b, h, friction=3.0), "static"), **options)
 
 
+@pytest.mark.slow
 def test_the_kinematic_check_of_a_rocking_block():
     """One mass: e* = 1, M* = W/g; its centroid is d before the corner at (b/2 − d)/√(R² − (b/2 − d)²)."""
     b, h, g, FC = 0.6, 3.0, 9.81, 1.35

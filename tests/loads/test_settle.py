@@ -53,6 +53,7 @@ IN_BOTH = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @IN_BOTH
 def test_a_beam_on_two_piers(in_space):
     """As R settles the beam turns about the inner edge of L (x = 1) and leaves R by its outer one (x = 5):
@@ -71,6 +72,7 @@ def test_a_beam_on_two_piers(in_space):
     assert reactions(back) == one_answer(-6.25, -3.75)
 
 
+@pytest.mark.slow
 @IN_BOTH
 def test_a_pier_that_turns_too(in_space):
     """What the beam presses on R passes R's centroid, .5 below the joint, at x = 4.5: the more shear, up to
@@ -86,6 +88,7 @@ def with_solution(end: Bound, **changes: object) -> Bound:
     return replace(end, result=replace(end.result, solution=replace(end.result.solution, **changes)))
 
 
+@pytest.mark.slow
 def test_what_is_known_of_each_reaction():
     """Of every row, in the table and on the command line: no reaction is given as the end unless proven."""
     found = mo.settle(beam(), "R", RIGHT)
@@ -108,6 +111,7 @@ def test_what_is_known_of_each_reaction():
     assert by_statics.splitlines()[0].startswith("-3 (associative)")
 
 
+@pytest.mark.slow
 def test_states_nearer_to_rest_and_across_it_are_warned_of():
     """A load history that ends at half the reaction found, and a state beyond the reaction at rest."""
     found = mo.settle(beam(), "R", RIGHT)
@@ -126,10 +130,12 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     assert "the scene would fall" in warning["sentence"]
 
 
+@pytest.mark.slow
 def test_piers_that_settle_alike_bear_the_weight():
     assert reactions(mo.settle(beam(), ["L", "R"], (0, -3))) == one_answer(10, 10)
 
 
+@pytest.mark.slow
 def test_a_pier_pulled_away_under_a_beam():
     """With associative flow the beam holds R by friction on both piers, half its weight on either: μ W / 2.
     Without dilatancy R slides off under its least normal force, 3.75, or anything up to a half."""
@@ -174,6 +180,7 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     assert "Openings per unit of movement, at the least reaction" in (tmp_path / "a.html").read_text()
 
 
+@pytest.mark.slow
 def test_openings_of_a_beam_that_turns_or_slides():
     """As R sinks by 1 the beam turns by 1 / 4 about x = 1 and leaves R but for x = 5; back, about 0 and 4, by
     as much. Pulled away, R slides by 1."""
@@ -265,6 +272,7 @@ def test_legs_of_a_table():
     assert np.abs(speeds[["vx", "vy", "wx", "wy", "wz"]].to_numpy()).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_live_loads_of_the_scene_are_left_out_and_dead_ones_kept():
     loaded = beam(live=(3.0, 0.0), live_per_weight=(1.0, 0.0), dead=(0.0, -10.0), dead_at=(2.5, 1.5))
     more = mo.Load(block="beam", live=(0.0, 5.0), dead=(0.0, -10.0))
@@ -273,6 +281,7 @@ def test_live_loads_of_the_scene_are_left_out_and_dead_ones_kept():
     assert reactions(mo.settle(scene, "R", DOWN)) == one_answer(3 * 3.75, 3 * 6.25, 30)
 
 
+@pytest.mark.slow
 def test_dead_loads_of_a_load_case_act():
     case = {"name": "full", "dead": {"weight": 1.0, "floor": 2.0}, "live": {"live": 1.0}}
     floor = mo.Load(block="beam", live=(0.0, -5.0), group="floor")
@@ -284,6 +293,7 @@ def test_dead_loads_of_a_load_case_act():
         mo.settle(scene, "R", DOWN)
 
 
+@pytest.mark.slow
 def test_a_load_on_a_support_is_left_to_the_ground():
     """Of a line load over the beam and a shoulder of R the shoulder's share does not count."""
     shoulder = [(4, 0), (7, 0), (7, 2), (5.5, 2), (5.5, 1), (4, 1)]
@@ -295,6 +305,7 @@ def test_a_load_on_a_support_is_left_to_the_ground():
     assert found.at_rest == pytest.approx(10.0)
 
 
+@pytest.mark.slow
 def test_turned_and_in_other_units():
     """By .7 radians, in lengths a thousand times as large and forces a million times."""
     turn, direction, factor = turned(0.7), (1.0, -1.0), 1e6
@@ -307,6 +318,7 @@ def test_turned_and_in_other_units():
     assert of[[1, 4]] == pytest.approx([same[1], same[4]], abs=3e-3 * 10)
 
 
+@pytest.mark.slow
 def test_a_tie_between_support_and_beam():
     """Anchored in R below x = 4.5, it yields at T: 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, R = N − T."""
     rod = mo.Tie(between=("R", "beam"), at=((4.5, 0.5), (4.5, 1.5)), strength=1.0)
@@ -349,6 +361,7 @@ def test_wrong_direction_in_space_and_wrong_options():
             found.plot(**wrong)
 
 
+@pytest.mark.slow
 def test_command_and_files(tmp_path, command):
     mo.save(beam(), tmp_path / "beam.toml")
     asked = ("settle", tmp_path / "beam.toml", "--support", "R", "--direction", "0,-1")

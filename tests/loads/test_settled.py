@@ -21,6 +21,7 @@ def corners_of(scene: mo.Scene) -> np.ndarray:
     return ends + assembly.geometry.origin
 
 
+@pytest.mark.slow
 def test_openings_after_a_movement_of_20_mm():
     """The beam turns about (1, 1) by 0.02/4 and stays on the outer edge of R: both joints open by 0.005."""
     settlement = mo.settle(beam(), "R", (0, -1), movement=0.02)
@@ -45,6 +46,7 @@ def test_a_movement_that_turns_blocks_far_is_refused():
         mo.settle(beam(), "R", (0, -1), movement=0.5)
 
 
+@pytest.mark.slow
 def test_a_beam_on_a_pier_that_has_sunk():
     """Its corners come to rest on a line between (1, 1) and (5, 0.98). Joints lie on the bisecting line of
     level piers and the beam at atan(1/200): it slides to the right at 10 tan(φ − 1/400)."""
@@ -61,6 +63,7 @@ def test_a_beam_on_a_pier_that_has_sunk():
     assert "settled: 'R' by (0, -0.02)" in result.case
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [-0.1, 0.05])
 def test_a_block_on_a_floor_that_has_turned(turn):
     """λ = (b + h tan r)/(h − b tan r), as of a block that has rocked by −r; the floor turns by r."""
@@ -73,6 +76,7 @@ def test_a_block_on_a_floor_that_has_turned(turn):
     assert curve.table["rotation"].iloc[-1] == pytest.approx(math.atan(b / h) + turn, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_pier_that_slides_leaves_a_shorter_joint():
     """R moves by 0.02 below the beam, or with the beam on L: one joint is 0.98 long, the other 1."""
     lengths = assemble(settled_scene(beam(), {"R": (0.02, 0)})).joints.extent
@@ -83,12 +87,14 @@ def test_a_pier_that_slides_leaves_a_shorter_joint():
         settled_scene(beam(), {"R": (1.5, 0)})
 
 
+@pytest.mark.slow
 def test_all_supports_that_sink_alike_change_nothing():
     result = mo.solve(beam(), settled={"L": (0, -0.3), "R": (0, -0.3)})
     assert result.load_factor == pytest.approx(6, rel=1e-6)
     assert "'L' by (0, -0.3), 'R' by (0, -0.3)" in result.case
 
 
+@pytest.mark.slow
 def test_units_and_mirror_images_do_not_matter():
     """In millimetres and newtons, and with the left pier sinking under a push to the left."""
     expected = mo.solve(beam(), settled=SINKS).load_factor
@@ -167,6 +173,7 @@ def test_scenes_that_cannot_settle_are_refused():
         mo.solve(further)
 
 
+@pytest.mark.slow
 def test_load_cases_settle_each_under_its_own_dead_loads():
     cases = [{"name": name, "live": {"live": factor}} for name, factor in (("one", 1.0), ("two", 2.0))]
     answer = mo.solve_cases(beam().replace(load_cases=cases), "static", settled=SINKS)
@@ -188,6 +195,7 @@ def test_earthquakes_after_a_settlement(command, tmp_path):
         mo.sweep(beam(), {"joints.friction": [0.5]}, settled=SINKS)
 
 
+@pytest.mark.slow
 def test_the_commands_take_a_settlement(command, tmp_path):
     path = tmp_path / "beam.toml"
     mo.save(beam(), path)
@@ -307,6 +315,7 @@ def test_axles_cross_a_settled_bridge():
     assert "settled: 'east' by (0.02, 0)" in str(answer)
 
 
+@pytest.mark.slow
 def test_a_load_at_the_edge_of_a_displaced_block_is_no_warning():
     """The load acts at the top of the beam at rest, and moves with the beam."""
     scene = beam(live_at=(2.5, 2.0))

@@ -21,6 +21,7 @@ def arch(count: int, thickness: float, friction: float) -> mo.Scene:
     return mo.Scene(joints={"friction": friction}, blocks=ring.blocks())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "friction"), [(13, 0.7), (20, 0.42)], ids=["hinges", "slides"])
 def test_thrust_of_a_semicircular_arch_on_spreading_supports(count, friction):
     made = arch(count, 0.15, friction)
@@ -37,6 +38,7 @@ def test_thrust_of_a_semicircular_arch_on_spreading_supports(count, friction):
         assert found.least.reaction < found.greatest.reaction < (1 - 1e-3) * greatest
 
 
+@pytest.mark.slow
 def test_thrust_of_an_arch_whose_support_turns_at_the_least():
     assert _thrust_is_found(1.0, 0.5, 10, 0.35, turns=True)
 
@@ -121,6 +123,7 @@ def of_random_wall(seed: int) -> mo.Settlement:
     return _agrees(blocks, settling, float(random.uniform(0.2, 0.8)), direction)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_walls(seed):
     """Of one to three piers that settle, two of them straight down."""
@@ -165,6 +168,7 @@ def tied_beam(seed: int) -> tuple[mo.Scene, str, tuple[float, float]]:
     return scene, f"p{int(random.integers(count))}", (math.cos(angle), math.sin(angle))
 
 
+@pytest.mark.slow
 def test_an_end_without_a_coulomb_state_is_answered_by_the_incremental_analysis():
     """The least reaction of a pier under a beam held by a rod: associative by the second program. Branch and
     bound over the faces finds no exact state beyond rest, and one across it."""

@@ -117,6 +117,7 @@ def answer_beside_duality(scene):
     return mo.solve(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed", "space"),
     [
@@ -296,6 +297,7 @@ def test_props_alone_hold_a_plank():
         assert mo.solve(scene, method).load_factor == pytest.approx(4 / 3, abs=CLOSE)
 
 
+@pytest.mark.slow
 def test_a_hanging_scene_is_drawn_checked_exported_and_answered_without_live_load(tmp_path):
     scene = hanging()
     result = mo.solve(scene)

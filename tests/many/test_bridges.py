@@ -106,6 +106,7 @@ def small_bridge(**joints):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "values"),
     [
@@ -190,6 +191,7 @@ def test_an_undecided_position_is_not_hidden_by_any_load_elsewhere():
     assert (columns["positions"], columns["undecided_positions"]) == (2, 1)
 
 
+@pytest.mark.slow
 def test_the_least_weight_that_carries_the_axles():
     """W / 3 = 2 at W = 6; the axles count only with a load factor to be carried."""
 
@@ -232,6 +234,7 @@ def test_bad_input_names_what_to_change():
         mo.sweep(low, {"block.slab.weight": [1.0]}, **STATIC)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_charts")
 def test_the_command_names_the_worst_position(tmp_path, command):
     mo.save(WITH_AXLES, tmp_path / "slab.toml")

@@ -194,6 +194,7 @@ def swept(tmp_path_factory):
     return sweep(out=out), out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("full", [JOURNAL, "runs.csv", "load_factor.png"])
 def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     frame, folder = swept

@@ -108,6 +108,7 @@ def test_a_load_factor_that_jumps_is_named():
     assert found.value == pytest.approx(0.37, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
     def steep(t):
         return tilted(block_on_floor(1.0, 2.5, friction=0.9), 30) if t < 0.5 else wide(1.2)

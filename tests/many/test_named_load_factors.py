@@ -50,6 +50,7 @@ def test_a_threshold_under_dead_load_is_no_load_factor():
     assert "λ is" not in found.facts()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "name"), [("coulomb", "lowest found"), ("static", "associative")])
 def test_a_crossing(no_proof, method, name):
     facts = mo.crossing(axles_on_a_beam(0.6), method=method).facts()
@@ -65,6 +66,7 @@ def test_a_capacity_curve(method, name):
     assert facts["known of it"].startswith("upper bound") == (method == "static")
 
 
+@pytest.mark.slow
 def test_reactions_of_a_support_that_settles():
     """Neither end is called proven; the associative ends are proven to lie beyond all others."""
     found = mo.settle(block_on_floor(), "floor", (0, -1))

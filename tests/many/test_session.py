@@ -28,6 +28,7 @@ def with_joints(scene, **joints):
     return scene.model_copy(update={"joints": mo.JointDefaults(**joints)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", "kinematic", "coulomb", "nonassociative"])
 def test_a_scene_is_answered_as_if_alone(method):
     session = prepare(method, keeps=True)
@@ -40,6 +41,7 @@ def test_a_scene_is_answered_as_if_alone(method):
         assert (result.case, result.size) == (alone.case, alone.size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "options", "wall"),
     [
@@ -93,6 +95,7 @@ def test_other_blocks_and_loads_are_assembled_anew():
         assert session.solve(two_blocks(friction)).load_factor == pytest.approx(1.5 * friction, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "kept", "alone"), [("static", 2, 2), ("kinematic", 2, 2), ("coulomb", 1, 0)]
 )

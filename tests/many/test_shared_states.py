@@ -67,6 +67,7 @@ def test_other_loads_or_blocks_share_nothing():
     assert shared(rows, scenes) == {3: (0, pytest.approx(0.5, abs=1e-9))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("of", [block_on_floor, standing_solid])
 def test_the_screen_passes_every_state_that_the_certificate_accepts(of):
     """In the plane and in space, with friction below and above what tips the block, and far above one."""

@@ -172,6 +172,7 @@ def test_options_are_refused_before_the_first_run(option):
         mo.sweep(block_on_floor(), VARY, method="nonassociative", **option)
 
 
+@pytest.mark.slow
 def test_the_command_writes_table_and_charts(command, tmp_path):
     case, out = CASES / "gilbert" / "two_blocks.toml", tmp_path / "new" / "swept"
     asked = ["--vary", "joints.friction=0.1:0.2:2", "--vary", "block.A.weight=1,2", "--method", "static"]

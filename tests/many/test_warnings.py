@@ -43,6 +43,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_says_what_looks_unintended(doubtful, command, name):
     case, *options = COMMANDS[name]
@@ -69,6 +70,7 @@ def test_commands_that_do_not_solve_warn_on_standard_error(doubtful, command):
     assert command.warned("check", doubtful / "block.toml") == [IN_DEGREES]
 
 
+@pytest.mark.slow
 def test_a_report_says_what_looks_unintended(doubtful, command):
     page = doubtful / "report.html"
     for case in ("block.toml", "axles.toml"):

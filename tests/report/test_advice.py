@@ -107,6 +107,7 @@ def test_a_load_factor_is_advised_where_axles_move(command, tmp_path):
     assert "'load' (--load): without it live loads do not act" in least(command, path, "0.2:0.9")
 
 
+@pytest.mark.slow
 def test_most_and_least_name_each_other_as_the_command_has_them(command, tmp_path):
     """A block that is pushed by its weight stands less far the more it is pushed."""
     mo.save(block_on_floor(), tmp_path / "case.toml")

@@ -199,6 +199,7 @@ def test_options_of_the_method_and_published_values(command):
         assert words in command.refused("solve", WALL_1, *LOOP, "-o", wrong)
 
 
+@pytest.mark.slow
 def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
     """A value of method 'coulomb' comes first, then the value of an MCP, then the value of the loop."""
     scene = mo.load(CASES / "livesley" / "wedges.toml")
@@ -255,6 +256,7 @@ MORE_COMMANDS = [
 SLOW = [pytest.param(*command, marks=pytest.mark.slow) for command in MORE_COMMANDS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "asked"), [("gilbert/two_blocks", ["solve"]), *SLOW])
 def test_nothing_but_the_object_whatever_solvers_print(case, asked):
     code, out = noisy("", asked[0], CASES / f"{case}.toml", *asked[1:])
@@ -263,6 +265,7 @@ def test_nothing_but_the_object_whatever_solvers_print(case, asked):
     assert out.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
     assert noisy("interrupted", "solve", CASES / "gilbert" / "two_blocks.toml") == (130, "")
 
@@ -357,6 +360,7 @@ def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked
 VIEWED = ["solve {} --method static --plot a.svg --view=", "draw {} a.svg --view="]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [*(f"{each}30,45" for each in VIEWED), "export {} a.obj --method static"])
 def test_pictures_and_meshes_are_written(monkeypatch, command, case, asked):
     monkeypatch.chdir(case.parent)
@@ -391,6 +395,7 @@ ENDING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name == "solve" else pytest.mark.slow) for name in ENDING]
 )

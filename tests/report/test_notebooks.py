@@ -19,6 +19,7 @@ def pictures(html):
     return {kind: b64decode(content) for kind, content in found}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [two_blocks(), mo.extrude(two_blocks(), 1.0)], ids=["plane", "space"])
 def test_a_scene_shows_its_lines_and_its_drawing(scene):
     shown = scene._repr_html_()
@@ -26,6 +27,7 @@ def test_a_scene_shows_its_lines_and_its_drawing(scene):
     assert pictures(shown) == {"png": mo.draw(scene).image("png")}
 
 
+@pytest.mark.slow
 def test_a_scene_of_800_blocks_is_drawn_and_a_huge_one_says_why_not():
     """Two of whose blocks are one, which a drawing would be refused for."""
     large = small_wall(40, 20)
@@ -63,6 +65,7 @@ def shows(answer, *words):
     return pictures(html)
 
 
+@pytest.mark.slow
 def test_studies_show_facts_a_table_and_a_picture():
     crossed = mo.crossing(OVERHANG, axles(3.0), method="static")
     assert shows(crossed, "governing λ", "associative", "4.000000") == {"png": crossed.plot().image("png")}
@@ -82,6 +85,7 @@ def test_samples_show_quantiles_and_fragility_and_searches_what_was_tried():
     assert shows(found, "least value", "holds") == {}
 
 
+@pytest.mark.slow
 def test_a_comparison_shows_how_scenes_ended_and_its_first_chart(tmp_path):
     of = {"methods": ["static"], "solvers": ["clarabel"], "repeats": 1, "out": tmp_path}
     of |= {"models": ["cvxpy"], "tolerances": [1e-8]}

@@ -85,6 +85,7 @@ def test_the_example_certifies_as_the_page_shows(tmp_path, monkeypatch):
     assert printed[-2:] == last
 
 
+@pytest.mark.slow
 def test_best_known_values_are_those_of_the_registry():
     """As ``refresh_solver_people.py`` writes them: each case of it with its size, and no other."""
     assert table(CASES) == BEST_KNOWN

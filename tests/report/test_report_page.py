@@ -79,6 +79,7 @@ def answer_and_page(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in ANSWERS if name != "crossing"])
 def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_page, name):
     _, page = answer_and_page(name)
@@ -117,6 +118,7 @@ def test_numbers_are_those_of_the_result(answer_and_page):
     assert "μ = 0.6 (φ = 30.96°)" in page.text
 
 
+@pytest.mark.slow
 def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
     """Every position, in tables that print whole with their heading on each page."""
     crossed, page = answer_and_page("crossing")
@@ -149,6 +151,7 @@ def test_reactions_states_and_directions(answer_and_page, name, label, column):
         assert f"least reaction {answer.least.reaction:.6g}" in page.text
 
 
+@pytest.mark.slow
 def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, command, tmp_path):
     monkeypatch.chdir(tmp_path)
     Path("bridge.toml").write_text(BRIDGE)
@@ -178,6 +181,7 @@ def test_a_report_shows_the_positions_of_axles_as_it_solves_them(tmp_path):
     assert solved[-1].endswith(f"({len(solved)} positions solved)")
 
 
+@pytest.mark.slow
 def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     """By load case, number and support; what is said of some is not said of one that falls."""
     calm, storm = {"name": "calm", "live": {"live": 1}}, {"name": "storm", "live": {"live": 2}}
@@ -203,6 +207,7 @@ def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     assert len({row["answer"] for row in page.rows if "equilibrium" in row}) == 2 * len(one) + 1
 
 
+@pytest.mark.slow
 def test_what_is_not_proven_of_several_answers_is_said_once(tmp_path, answer_and_page):
     lowest, _ = answer_and_page("lowest")
     page = reported(tmp_path, [lowest, lowest])

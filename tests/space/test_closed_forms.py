@@ -121,6 +121,7 @@ def test_a_cantilever_of_boxes_pushed_down_at_its_tip(method):
     assert found.load_factor == pytest.approx(expected, abs=EXACT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_a_stack_that_is_tilted(method):
     """A push by λ times the weight moves the resultant of what is above a bed by λ z, z the height of its

@@ -38,6 +38,7 @@ def test_no_state_where_no_program_ends(failing, start):
     assert refiner.state_near(start.solution.q) is None
 
 
+@pytest.mark.slow
 def test_a_search_without_time_says_so():
     searched = mo.solve(WALL, "coulomb", search=1e-9)
     assert values_of(searched, Code.NO_TIME) == {}

@@ -31,6 +31,7 @@ def test_a_barrel_carries_what_its_arch_does(keys):
         assert other.load_factor == pytest.approx(one.load_factor, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_groin_vault_carries_as_much_from_either_side():
     keys = {
         "span": 4,

@@ -30,6 +30,7 @@ def test_a_seed_gives_its_scene_and_most_are_worth_solving(kind):
     assert len(set(sizes)) > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), SCENES)
 def test_the_default_is_certified_and_below_associative(kind, seed):
     scene = random_scene_in_space(kind, seed)
