@@ -18,6 +18,8 @@ Generators of many blocks
     Wall, Facade, Arch, PointLoad, Column; in space Plan, PlanWall, Opening, Barrel, Dome, Groin, Shaft
 Research
     certify, prove_least, check_proof, check, compare, assemble
+Settings of methods
+    IncrementalSettings, SearchSettings, ProofBudget
 Results
     Result, Status, Certificate, StateCheck, LeastLoadFactor, DualityReport, Sample, Crossing, Capacity,
     KinematicCheck, Settlement

@@ -13,6 +13,9 @@ from masonry_opt.exports.export import export as export
 from masonry_opt.finite_motion.capacity import Capacity as Capacity
 from masonry_opt.finite_motion.capacity import capacity as capacity
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck as KinematicCheck
+from masonry_opt.methods.bounds.settings import ProofBudget as ProofBudget
+from masonry_opt.methods.exact.settings import SearchSettings as SearchSettings
+from masonry_opt.methods.incremental.settings import IncrementalSettings as IncrementalSettings
 from masonry_opt.problem.assembly import assemble as assemble
 from masonry_opt.proof_check import check_proof as check_proof
 from masonry_opt.proving import LeastLoadFactor as LeastLoadFactor

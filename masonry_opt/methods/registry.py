@@ -7,7 +7,7 @@ import difflib
 import math
 import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from typing import Any
 
@@ -176,7 +176,7 @@ class HowToSolve:
             # An option that permits several types causes one error for each type; only the first error is
             # reported.
             wrong = {
-                ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
+                ".".join(map(str, item["loc"][:1])): f"{_mistake(item)} (found {reprlib.repr(item['input'])})"
                 for item in reversed(error.errors())
             }
             parts = [f"option '{option}': {text}" if option else text for option, text in wrong.items()]
@@ -189,6 +189,9 @@ class HowToSolve:
         homes = _homes(option)
         if homes:
             return f"; methods that have it: {', '.join(homes)}"
+        setting = self._setting_named(option)
+        if setting:
+            return setting
         near = did_you_mean(option, [*known, *self.arguments, *_PASSED_ARGUMENTS])
         if near:
             return near
@@ -197,6 +200,18 @@ class HowToSolve:
         if close:
             return f"; did you mean '{close[0]}'? It is an option of {', '.join(_homes(close[0]))}"
         return f"; its options: {', '.join(known) or 'none'}"
+
+    def _setting_named(self, option: str) -> str:
+        """Return the end of an error message if an option is a field of a settings class; otherwise "".
+
+        The settings classes of the chosen method come first.
+        """
+        for method in (self.chosen, *METHODS.values()):
+            for name, settings in method.settings.items():
+                if option in (each.name for each in fields(settings)):
+                    other = "" if method is self.chosen else f"use method '{method.name}' and "
+                    return f"; {other}pass {name}=mo.{settings.__name__}({option}=...) in Python"
+        return ""
 
     @cached_property
     def engine(self) -> Solver:
@@ -242,6 +257,13 @@ class HowToSolve:
         """
         quick = self.solver is None and self.chosen.own_tolerances
         return find_solver("cvxpy", None) if quick else self.engine
+
+
+def _mistake(error: Mapping[str, Any]) -> str:
+    """Return the words that state what is wrong with the value of an option."""
+    if error["type"] == "is_instance_of":
+        return f"must be an object of class mo.{error['ctx']['class']}, which only Python can pass"
+    return str(error["msg"]).removeprefix("Value error, ")
 
 
 def _homes(option: str) -> list[str]:

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict
 
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
+from masonry_opt.methods.settings import Settings
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import ProgramCache
@@ -91,10 +92,29 @@ class Method:
         """Class of the method's options; None if the method has no options."""
         return _named(self.takes) if self.takes else None
 
+    @property
+    def settings(self) -> dict[str, type[Settings]]:
+        """Settings classes that the method accepts as values of options, by the name of the option."""
+        known = self.options.model_fields if self.options else {}
+        return {
+            name: kind
+            for name, field_info in known.items()
+            for kind in _classes_in(field_info.annotation)
+            if issubclass(kind, Settings)
+        }
+
     def solved_by(self, entry: SolverEntry) -> bool:
         """Return True if the method can use the given solver."""
         allowed = self.solvers.get(entry.language)
         return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
+
+
+def _classes_in(annotation: Any) -> list[type]:
+    """Return the classes in an annotation such as ``InstanceOf[SearchSettings] | None``."""
+    parts = get_args(annotation)
+    if parts:
+        return [kind for part in parts for kind in _classes_in(part)]
+    return [annotation] if isinstance(annotation, type) else []
 
 
 def _named(path: str) -> Any:

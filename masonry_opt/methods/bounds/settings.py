@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from masonry_opt.methods.settings import Settings, zero_or_more
 from masonry_opt.problem.problem import Problem
 
 
 @dataclass(frozen=True)
-class ProofSettings:
+class ProofSettings(Settings):
     """Settings of the proof by conflict learning. No setting affects the validity of a conflict."""
 
     #: Gap between the lowest known load factor and the proven bound, relative to the load factor. With a
@@ -49,7 +50,7 @@ SETTINGS = ProofSettings()
 
 
 @dataclass(frozen=True)
-class ProofBudget:
+class ProofBudget(Settings):
     """Number of linear programs for the proof that method "coulomb" tries by default.
 
     Unlike a time limit, a number of programs ends the search at the same point on every machine.
@@ -58,28 +59,28 @@ class ProofBudget:
 
     #: Largest number of joints of a scene with the full budget, which proves 95 % of random scenes of this
     #: size. On larger scenes most searches would end without a proof.
-    few_joints: int = 15
+    few_joints: int = zero_or_more(15)
 
     #: Largest number of redundant forces (unknown forces minus equations of equilibrium) of a scene that has
-    #: the full budget with any number of joints. A single arch has three, so that its proof is short. With a
-    #: larger number more searches use the full budget in vain.
-    few_redundant_forces: int = 3
+    #: the full budget with up to ``most_joints`` joints. A single arch has three, so that its proof is short.
+    #: With a larger number more searches use the full budget in vain.
+    few_redundant_forces: int = zero_or_more(3)
 
-    #: The full budget: number of linear programs, which take about 1 s. With a larger budget more scenes are
-    #: proven, and all other scenes take longer.
-    programs: int = 4500
+    #: Number of linear programs of the full budget, which take about 1 s. With a larger budget more scenes
+    #: are proven, and all other scenes take longer.
+    programs: int = zero_or_more(4500)
 
     #: Largest number of joints of a scene for which a proof is tried, by default with the full budget only,
     #: and with option ``search``. On scenes with more joints a proof hardly ever succeeds.
-    most_joints: int = 60
+    most_joints: int = zero_or_more(60)
 
     #: Budget on other scenes, as a share of the programs that the method has already solved, which take about
     #: twice as long each. With a larger share more scenes are proven, and the method is slower.
-    share: float = 0.6
+    share: float = zero_or_more(0.6)
 
     #: Largest number of joints of a scene with this smaller budget. It proves one in ten random scenes of 16
     #: to 25 joints; of 110 scenes of 26 to 60 joints it proved one, in a quarter of the time of the default.
-    most_joints_with_share: int = 25
+    most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the proof in seconds, which is reached only if linear programs are very slow.
     seconds: float = 30.0

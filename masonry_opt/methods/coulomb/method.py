@@ -60,11 +60,11 @@ class CoulombOptions(Options):
     seed: seed of the random numbers of the search. One seed always leads to the same states in the same
         order; the time determines how many of them are reached.
     start: result of the same scene from which the method starts, instead of the steps before the search. If
-        ``search`` is None, only the exact state near its forces is looked for.
-    settings: numbers that control the search for exact states, as
-        :class:`~masonry_opt.methods.exact.settings.SearchSettings`.
-    budget: numbers that limit the proof that no state is lower, as
-        :class:`~masonry_opt.methods.bounds.settings.ProofBudget`.
+        ``search`` is None, only the exact state near its forces is looked for. Only Python can pass a result.
+    settings: numbers that control the search for exact states, as :class:`~masonry_opt.SearchSettings`. Only
+        Python can pass them. The load history always has the default settings.
+    budget: numbers that limit the proof that no state is lower, as :class:`~masonry_opt.ProofBudget`. Only
+        Python can pass them.
     """
 
     descent: Annotated[bool, Strict()] = True
@@ -84,9 +84,9 @@ class CoulombOptions(Options):
     @field_validator("start", mode="before")
     @classmethod
     def _is_a_result(cls, start: Any) -> Any:
-        if isinstance(start, str):
-            raise ValueError(f"must be a result, such as the value of mo.solve(scene, method='{start}')")
-        return start
+        if start is None or isinstance(start, Solution):
+            return start
+        raise ValueError("must be a result, such as the value of mo.solve(scene), which only Python can pass")
 
 
 def coulomb(task: Task) -> Solution:

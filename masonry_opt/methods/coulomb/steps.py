@@ -129,7 +129,8 @@ class FurtherStarts:
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
-        if problem.joints > run.settings.small and not problem.layout.round:
+        most = min(run.settings.small, run.settings.simplex_up_to)
+        if problem.joints > most and not problem.layout.round:
             return False
         return not run.is_only_state
 

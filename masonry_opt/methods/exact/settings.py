@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 
+from masonry_opt.methods.settings import Settings, zero_or_more
+
 
 @dataclass(frozen=True)
-class SearchSettings:
+class SearchSettings(Settings):
     """Settings of the search for lower exact states.
 
     ``benchmarks/lowest.py`` measures how often the lowest load factor with the default settings exceeds the
@@ -31,25 +33,25 @@ class SearchSettings:
     #: In space, the first further starts of the default method are the forces of these load steps, stated as
     #: shares of the number of steps. Forces of earlier steps lead to other states than the collapse state of
     #: the load history.
-    steps_in_space: tuple[float, ...] = (0.9, 0.5)
+    steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
     #: In space, number of random starts of the default method after the starts from load steps. More starts
     #: lower λ more often and take proportionally longer.
-    starts_in_space: int = 6
+    starts_in_space: int = zero_or_more(6)
 
     #: Number of contacts in space above which the default method has only one further start, from the forces
     #: of the state with the lowest load factor. With more contacts, starts from random forces would take
     #: longer than all other steps.
-    most_contacts: int = 250
+    most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints in the plane for which linear programs are solved by the simplex method. On
     #: larger scenes interior-point methods are faster, and the simplex method takes longer than all other
     #: steps.
-    simplex_up_to: int = 500
+    simplex_up_to: int = zero_or_more(500)
 
     #: Share of the active yield conditions that a start near the known state of lowest λ releases; at least
     #: one condition is released. With a larger share the states found differ more.
-    released_share: float = 0.02
+    released_share: float = zero_or_more(0.02)
 
     #: In the first starts, ties and other limited forces may use at most these shares of their strength, one
     #: share for each start. With more shares, states in which ties do not yield are found more often.
@@ -59,7 +61,8 @@ class SearchSettings:
     fixed_point_iterations: int = 15
 
     #: Largest number of joints of a "small" scene in the plane, on which the default method tries further
-    #: starts. On larger scenes further starts would take longer than all other steps together.
+    #: starts, which need the simplex method. On larger scenes further starts would take longer than all other
+    #: steps together.
     small: int = 60
 
     #: Rate above which a yield condition counts as moving. If this value is smaller, rounding errors count as
@@ -72,7 +75,7 @@ class SearchSettings:
 
     #: Largest number of times that the forces of a start are replaced by forces nearer to a collapse state.
     #: More replacements seldom lower λ.
-    repairs: int = 2
+    repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program, in seconds per joint. Without a limit HiGHS may never end.
     seconds_per_joint: float = 0.2

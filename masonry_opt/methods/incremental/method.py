@@ -45,7 +45,8 @@ class IncrementalOptions(Options):
     curve: True to return the load–displacement curve too, as ``result.curve``.
     spread: number of random draws of the contacts' stiffness, and of the self-stress under the dead load. The
         result then also has the least and the largest incremental load factor of the draws.
-    settings: numbers that control the analysis.
+    settings: numbers that control the analysis, as :class:`~masonry_opt.IncrementalSettings`. Only Python can
+        pass them.
     """
 
     curve: Annotated[bool, Strict()] = False

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 
+from masonry_opt.methods.settings import Settings, above_one, zero_or_more
+
 
 @dataclass(frozen=True)
-class IncrementalSettings:
+class IncrementalSettings(Settings):
     """Settings of the incremental analysis. Most users need only the first three settings.
 
     The mean contact force is that under the dead load. An *elastic displacement* is the closing of a joint of
@@ -12,8 +14,11 @@ class IncrementalSettings:
     """
 
     #: Largest difference between a load factor with equilibrium and a load factor without, if there is no
-    #: exact state between them, relative to the load factor. The increment after a damped motion has this
-    #: size too. If this value is smaller, the search takes more steps; if it is larger, the range is wider.
+    #: exact state between them, relative to the load factor. The value is also twice the distance from an
+    #: exact state at which loads below and above it are tested. The increment after a damped motion begins at
+    #: this size, doubles with each further motion in a row, and is at most ``smallest_increment``. If this
+    #: value is smaller, the search takes more steps; if it is larger, the range is wider, and the exact state
+    #: may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments; with a larger value contacts that slip back and forth may lead to another
@@ -26,7 +31,8 @@ class IncrementalSettings:
     far: float = 1e4
 
     #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
-    #: incremental load factor. On larger scenes the computation would take many minutes.
+    #: incremental load factor. On larger scenes the computation would take many minutes. Other methods
+    #: always use the default, so that passing another value has no effect.
     most_joints: int = 3000
 
     #: Smallest increment, relative to the load factor. The search also ends if there is an exact state in a
@@ -51,11 +57,11 @@ class IncrementalSettings:
     #: Largest number of halvings of a Newton step that does not reduce the residual, and of a time step that
     #: is too long. With fewer halvings Newton's method fails more often, and a slower damped motion replaces
     #: it; with more halvings unsuccessful solves take longer.
-    halvings: int = 4
+    halvings: int = zero_or_more(4)
 
     #: Factor by which the damping decreases after a complete time step, and increases after a shortened one.
     #: With a smaller factor the motion takes more steps; with a larger factor more steps must be shortened.
-    acceleration: float = 4.0
+    acceleration: float = above_one(4.0)
     #: Largest number of linear solves of a damped motion. If the blocks are then neither at rest nor beyond
     #: ``far``, the analysis cannot decide between equilibrium and collapse. With a smaller number slow slides
     #: remain undecided; with a larger number they take longer.
@@ -63,7 +69,7 @@ class IncrementalSettings:
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
     #: fewer solves an exact state is found for fewer collapses in space, where directions of slip change;
     #: with more solves collapses without an exact state take longer.
-    exact_solves: int = 4
+    exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without moving any joint if more than this share of the unbalanced forces
     #: remains when all contacts stick. With a smaller share rounding errors may look like a free motion; with
     #: a larger share the motion of a few small blocks may be missed.
@@ -84,7 +90,7 @@ class IncrementalSettings:
     #: Largest half-bandwidth of matrices that are factorised as banded matrices, which are typical of plane
     #: scenes. Matrices with a larger half-bandwidth are factorised as sparse matrices. The choice affects
     #: only the time.
-    narrow_band: int = 200
+    narrow_band: int = zero_or_more(200)
     #: Standard deviation of the logarithm of a contact's stiffness in the random draws of option "spread".
     #: With a larger value the contacts differ more.
-    stiffness_deviation: float = 0.5
+    stiffness_deviation: float = zero_or_more(0.5)

@@ -19,7 +19,10 @@ OUT_OF_RANGE = [
     ("mpec", "epsilon", 1e-10),
 ]  # fmt: skip
 
-LOOP, STATIC = {"method": "nonassociative"}, {"method": "static"}
+#: Start of the words that advise an object of the settings of the incremental analysis.
+SETTINGS = "settings=mo.IncrementalSettings("
+
+LOOP, STATIC, INCREMENTAL = {"method": "nonassociative"}, {"method": "static"}, {"method": "incremental"}
 NEWTON = {"model": "pyomo", "solver": "newton"}
 
 #: What is asked, and the names that the message must hold in this order.
@@ -55,6 +58,13 @@ NOT_TAKEN = [
     ({"method": "compliant"}, ["'compliant'", "'incremental'"]),
     ({"method": "refined"}, ["'refined'", "search=SECONDS", "'coulomb'"]),
     ({"expected": False}, ["'expected'", "'incremental'"]),
+    (INCREMENTAL | {"increment": 0.1}, ["'increment'", SETTINGS + "increment="]),
+    ({"increment": 0.1}, ["'coulomb'", "'incremental'", SETTINGS + "increment="]),
+    ({"programs": 9}, ["'programs'", "budget=mo.ProofBudget(programs="]),
+    ({"most_joints": 9}, ["'most_joints'", "budget=mo.ProofBudget(most_joints="]),
+    (INCREMENTAL | {"settings": {"increment": 0.1}}, ["'settings'", "mo.IncrementalSettings", "Python"]),
+    ({"settings": "x"}, ["'settings'", "mo.SearchSettings", "Python"]),
+    ({"start": 3}, ["'start': must be a result", "Python"]),
 ]  # fmt: skip
 
 
