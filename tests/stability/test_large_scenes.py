@@ -1,12 +1,12 @@
 """Large random scenes have the stones they are asked for, come by their seed, stand, and have an answer."""
 
-from functools import partial
-
 import pytest
 from atlas.large_scenes import LARGE, large_scene
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
+from masonry_opt.methods.coulomb import method
+from masonry_opt.methods.coulomb.steps import Incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.acceptance import LIMITS, Kind
@@ -53,8 +53,8 @@ def test_the_default_solves_scenes(family, stones, seed):
 @pytest.mark.slow
 def test_the_loop_answers_where_no_exact_state_is_found(monkeypatch):
     """A damped motion ends early here, so that the load history leads to no state near its end."""
-    short = partial(IncrementalSettings, motion_solves=1000)
-    monkeypatch.setattr("masonry_opt.methods.incremental.analysis.IncrementalSettings", short)
+    short = Incremental(IncrementalSettings(motion_solves=1000))
+    monkeypatch.setattr(method, "STEPS", (short, *method.STEPS[1:]))
     result = mo.solve(large_scene("rubble", 200, 751014), "coulomb", incremental=False)
     assert (result.status, result.solution.kind) == (mo.Status.CONVERGED, Kind.LOOP)
     assert result.certificate.complementarity < 1e-4 * result.load_factor < 1e-4 * result.associative

@@ -183,7 +183,7 @@ class Refiner(StateFinder):
 
         The first state has the mechanism with the least energy for the given forces. Lower states with other
         mechanisms follow, until λ no longer decreases or would decrease to zero. If an earlier start led to
-        the same first state (λ to ten digits and moving faces), the result of this start is returned.
+        the same first state (λ to ten digits and dual variables to six), its result is returned.
 
         A state whose certificate exceeds the limits is not returned. The reason is that a joint without
         normal force may slide in both directions at once, which satisfies every row of the programs but
@@ -192,7 +192,8 @@ class Refiner(StateFinder):
         first = self.first(q)
         if first is None:
             return None
-        key = f"{first.load_factor:.9e}", (first.rates > self._settings.at_rest).tobytes()
+        largest = first.strength.max(initial=0.0) or 1.0
+        key = f"{first.load_factor:.9e}", np.round(first.strength / largest, 6).tobytes()
         if key not in self._ends:
             self._ends[key] = self._lowest_from(first), self.undecided
         state, self.undecided = self._ends[key]
