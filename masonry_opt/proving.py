@@ -5,8 +5,9 @@ from pathlib import Path
 
 from masonry_opt.analysis import solve
 from masonry_opt.brief import brief
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, counted
 from masonry_opt.methods.bounds.least import prove_least as prove_least_state
+from masonry_opt.methods.bounds.settings import BUDGET
 from masonry_opt.methods.task import Task
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
@@ -18,10 +19,12 @@ from masonry_opt.suitability import refuse_without_live_load
 class LeastLoadFactor:
     """Lowest load factor found, with a proof that no collapse state has a lower load factor.
 
+    If no state was found, a proof shows that no state has a load factor from 0 to ``proof.bound``.
+
     Attributes
     ----------
     load_factor: lowest load factor of the exact collapse states found; None if no state was found.
-    proof: proof that no collapse state has a lower load factor ≥ 0; None without a proof.
+    proof: proof that no collapse state has a load factor from 0 to ``proof.bound``; None without a proof.
     why: reason why the proof is missing; empty if there is a proof.
     """
 
@@ -32,15 +35,22 @@ class LeastLoadFactor:
     __repr__ = brief
 
     def __str__(self) -> str:
-        if self.load_factor is None:
-            return f"no collapse state was found, and nothing is proven: {self.why}"
         if self.proof is None:
-            return (
-                f"λ = {self.load_factor:.6g} is the lowest load factor found, but it is not proven to be the "
-                f"least: {self.why}"
-            )
-        count = len(self.proof.conflicts)
-        return f"λ = {self.load_factor:.6g} is the least load factor, which {count} conflicts prove"
+            return self._without_proof()
+        conflicts = counted(len(self.proof.conflicts), "conflict")
+        if self.load_factor is None:
+            bound = self.proof.bound
+            return f"no collapse state has a load factor from 0 to {bound:.6g}, proven by {conflicts}"
+        return f"λ = {self.load_factor:.6g} is the least load factor, proven by {conflicts}"
+
+    def _without_proof(self) -> str:
+        """Return the text of a search that ended without a proof."""
+        if self.load_factor is None:
+            return f"no collapse state was found, and there is no proof by conflicts: {self.why}"
+        return (
+            f"λ = {self.load_factor:.6g} is the lowest load factor found, but it is not proven to be the "
+            f"least: {self.why}"
+        )
 
 
 @suggests_arguments
@@ -49,6 +59,10 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
 
     The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
     The proof needs no bound on forces or rates. Scenes of up to about 25 joints are proven within seconds.
+
+    If no state is known, states are searched for up to the associative load factor. If forces within friction
+    can carry any multiple of the live load, the search ends at ten times the last load factor of the load
+    history.
 
     Parameters
     ----------
@@ -70,8 +84,9 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
         return LeastLoadFactor(result.load_factor, result.proof, "")
     answer = result.solution.answer
     known = answer if answer is not None and answer.exact else None
-    if known is None and result.associative is None:
+    upper = BUDGET.range_end(result.associative, result.solution.load_history)
+    if known is None and upper is None:
         return LeastLoadFactor(None, None, result.message)
-    found = prove_least_state(Task(result.assembly.problem), known, seconds, result.associative)
+    found = prove_least_state(Task(result.assembly.problem), known, seconds, upper)
     load_factor = None if found.best is None else found.best.load_factor
     return LeastLoadFactor(load_factor, found.proof, found.why)

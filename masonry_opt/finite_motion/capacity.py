@@ -52,7 +52,6 @@ _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
     Role.EARTH: "[[fill]]",
-    Role.SUPPORT: "the support that settles",
 }
 
 
@@ -104,13 +103,7 @@ def capacity(
         raise OptionError(f"{result.case}: the scene is stable, but no live load acts: {needed}")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
-    not_followed = _not_followed(assembly)
-    if not_followed:
-        where = "in the plane" if dimension == 2 else "in space"
-        known = f"a capacity curve {where} cannot follow {' and '.join(not_followed)}"
-        omitted = "it" if len(not_followed) == 1 else "them"
-        instead = f"omit {omitted}, or compute only the load factor with 'solve'"
-        raise OptionError(f"{result.case}: {known}: {instead}")
+    _refuse_parts_not_followed(result)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -123,22 +116,40 @@ def capacity(
     return curve
 
 
-def _not_followed(assembly: Assembly) -> list[str]:
-    """Return the names of the parts of a scene that prevent a capacity curve.
+def _refuse_parts_not_followed(result: Result) -> None:
+    """Raise OptionError if a support settles, or if parts of the scene prevent a capacity curve."""
+    assembly = result.assembly
+    if any(force.role is Role.SUPPORT for force in assembly.limited):
+        raise OptionError(
+            f"{result.case}: a capacity curve needs supports at rest, but a support of this result settles: "
+            "use a result of mo.solve, with 'settled' if supports have settled before"
+        )
+    not_followed = _not_followed(assembly)
+    if not not_followed:
+        return
+    where = "in the plane" if assembly.scene.dimension == 2 else "in space"
+    parts = " and ".join(f"{part} {some(names)}".strip() for part, names in not_followed.items())
+    is_one = sum(max(len(names), 1) for names in not_followed.values()) == 1
+    instead = f"omit {'it' if is_one else 'them'}, or compute only the load factor with 'solve'"
+    raise OptionError(f"{result.case}: a capacity curve {where} cannot follow {parts}: {instead}")
+
+
+def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
+    """Return the parts of a scene that prevent a capacity curve, each with the names of its ties or props.
 
     In space, ties and props do not prevent a curve.
     """
-    names: dict[Role, list[str]] = {}
+    parts: dict[str, list[str]] = {}
     for force in assembly.limited:
-        names.setdefault(force.role, []).append(repr(force.name))
-    parts = []
-    for role, of_role in names.items():
-        is_strut = role in (Role.TIE, Role.PROP)
+        is_strut = force.role in (Role.TIE, Role.PROP)
         if is_strut and assembly.scene.dimension == 3:
             continue
-        parts.append(f"{_NOT_FOLLOWED[role]} {some(of_role)}" if is_strut else _NOT_FOLLOWED[role])
-    crushing = ["limited 'strength' of joints"] if len(assembly.problem.crushing) else []
-    return [*parts, *crushing]
+        names = parts.setdefault(_NOT_FOLLOWED[force.role], [])
+        if is_strut:
+            names.append(repr(force.name))
+    if len(assembly.problem.crushing):
+        parts["limited 'strength' of joints"] = []
+    return parts
 
 
 @dataclass(frozen=True, eq=False)

@@ -276,9 +276,12 @@ class MovedBlocks:
 
         The ground is the last body.
 
-        Blocks that closed joints connect form one body. All fixed blocks form one body, the ground.
+        Blocks that closed joints connect form one body. All fixed blocks form one body, the ground. At least
+        one block must be fixed. A plane scene without fixed blocks hangs on ties, which capacity curves in
+        the plane do not support.
         """
         fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
+        assert len(fixed), "the rigid bodies of a scene without fixed blocks are not implemented"
         closed = self.blocks[touch.all(axis=1)]
         links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])
         body = linked(len(self.geometry.size), *links.T)

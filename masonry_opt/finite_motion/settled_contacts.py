@@ -336,13 +336,18 @@ class Contacts:
         return replace(moved, point=point)
 
     def crushed_overlaps(self, poses: np.ndarray) -> dict[frozenset[int], float]:
-        """Return the depth up to which pairs of blocks overlap because their joint crushes."""
+        """Return the depth up to which pairs of blocks overlap because their joints crush.
+
+        If several joints between two blocks crush, the depth is that of the joint that crushes most.
+        """
         joints, tolerance = self.joints, self.assembly.geometry.contact_tolerance
         depths: dict[frozenset[int], float] = {}
         for number in np.flatnonzero(self.crushed_depth):
-            pair = int(joints.first[number]), int(joints.second[number])
-            turn = abs(float(poses[pair[0], 2] - poses[pair[1], 2]))
-            depths[frozenset(pair)] = self.crushed_depth[number] * joints.extent[number] * turn + tolerance
+            first, second = int(joints.first[number]), int(joints.second[number])
+            turn = abs(float(poses[first, 2] - poses[second, 2]))
+            depth = float(self.crushed_depth[number] * joints.extent[number]) * turn + tolerance
+            pair = frozenset((first, second))
+            depths[pair] = max(depth, depths.get(pair, 0.0))
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:

@@ -59,7 +59,7 @@ def strength_differs(v: dict[str, Any]) -> str:
 def stress_differs(v: dict[str, Any]) -> str:
     """State that a strength or cohesion does not suit the weights, with both values."""
     own, weight = _rounded(v["value"]), _rounded(v["weight"])
-    column = f"a column as high as the scene presses with {weight} on its foot"
+    column = f"a column as high as the largest dimension of the scene presses with {weight} on its foot"
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 

@@ -111,9 +111,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
             "rename one of them, or give each generator its own 'name'"
         )
     fixed = {block.name: block.fixed for block in scene.blocks}
-    hangs_on_ground = any(GROUND in strut.between for strut in (*scene.ties, *scene.props))
-    if not any(fixed.values()) and not hangs_on_ground:
-        yield "no block is fixed: mark the support with 'fixed = true', or end a tie at \"ground\""
+    yield from _without_support(scene, fixed)
     if all(fixed.values()):
         yield "every block is fixed: the scene needs at least one movable block"
     yield from _wrong_dimension(scene)
@@ -131,6 +129,19 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
             f"but {why}: remove it, or remove 'tilt'"
         )
     yield from _wrong_cases(scene)
+
+
+def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    """Yield an error message if the scene has no fixed block, and no tie or prop ends at the ground.
+
+    A tie or prop that ends at "ground" ends at the block of this name if the scene has such a block.
+    """
+    if any(fixed.values()):
+        return
+    if GROUND in fixed:
+        yield f"no block is fixed, not even block '{GROUND}': mark the support with 'fixed = true'"
+    elif not any(GROUND in strut.between for strut in (*scene.ties, *scene.props)):
+        yield f"no block is fixed: mark the support with 'fixed = true', or end a tie at \"{GROUND}\""
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:

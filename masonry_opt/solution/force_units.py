@@ -21,12 +21,13 @@ class _Range(NamedTuple):
     greatest: float
 
 
-#: Usual range of the ratio of a strength to the stress below a column as high as the scene. A ratio outside
-#: the range causes a warning. Rubble of 1 MPa carries its own weight up to 50 m, so its ratio in such a scene
-#: is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000.
+#: Usual range of the ratio of a strength to the stress below a column as high as the largest dimension of
+#: the scene. A ratio outside the range causes a warning. Rubble of 1 MPa carries its own weight up to 50 m,
+#: so its ratio in such a scene is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000. In a flat arch,
+#: whose thrust grows with its span, the height of the scene would be too small a measure of stress.
 _STRENGTH = _Range(0.1, 1e4)
-#: Usual range of the ratio of a cohesion to the stress below a column as high as the scene. A cohesion of 10
-#: kPa in a scene of 30 m has a ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio of 100.
+#: Usual range of the ratio of a cohesion to the same stress. A cohesion of 10 kPa in a scene of 30 m has a
+#: ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio of 100.
 _COHESION = _Range(1e-3, 1e3)
 
 

@@ -269,7 +269,7 @@ class Code(StrEnum):
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
     # "strength" or "cohesion"; ``value`` of this property; ``weight``, the stress below a column of the
-    # median unit weight that is as high as the scene.
+    # median unit weight that is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. Values: ``pairs`` of blocks on both sides of a gap; ``widths``
     # of the gaps; ``option`` of the scene that closes all gaps, "tolerance" or "contact_tolerance";

@@ -87,17 +87,17 @@ def are_resultants_unique(assembly: Assembly) -> bool:
         B = B[:, ~is_second]
     if has_independent_columns(B):
         return True
-    # All supports and the ground form one node, which has the number of the first support. The index -1 of
-    # the ground refers to the last entry.
-    node = np.append(np.where(scene.fixed, int(scene.fixed.argmax()), np.arange(len(scene.blocks))), 0)
-    node[-1] = node[int(scene.fixed.argmax())]
+    # The ground and all fixed blocks form one node of the graph, after the nodes of the blocks. The index -1
+    # of the ground refers to the last entry.
+    ground = len(scene.blocks)
+    node = np.append(np.where(scene.fixed, ground, np.arange(ground)), ground)
     first, second = joints.first, joints.second
     ends = [[action.block for action in force.actions] for force in assembly.limited]
     if any(len(blocks) > 2 for blocks in ends):
         return False
     first = node[np.append(first, [blocks[0] for blocks in ends]).astype(int)]
     second = node[np.append(second, [(*blocks, -1)[1] for blocks in ends]).astype(int)]
-    count = len(scene.blocks)
+    count = ground + 1
     links = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))
     parts, _ = connected_components(links, directed=False)
     return len(first) == count - parts

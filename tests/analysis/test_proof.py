@@ -266,7 +266,7 @@ def test_a_scene_is_proven_for_users():
     found = mo.prove_least(FOLDER / "wall_13_joints.toml")
     assert found.load_factor == pytest.approx(LEAST["wall_13_joints"], rel=TOLERANCE)
     assert found.proof is not None
-    assert "is the least load factor, which" in str(found)
+    assert "is the least load factor, proven by" in str(found)
     assert mo.check_proof(FOLDER / "wall_13_joints.toml", found.proof).holds
     with pytest.raises(mo.OptionError, match="seconds must be a positive number"):
         mo.prove_least(FOLDER / "wall_13_joints.toml", seconds=0)

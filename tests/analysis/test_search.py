@@ -3,7 +3,7 @@
 from itertools import islice
 
 import pytest
-from scenes import WALLS, small_wall, values_of
+from scenes import WALLS, small_wall, two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
@@ -69,3 +69,23 @@ def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     tried = list(islice(search.endless(None, 0), 24))
     assert {origin for origin, state in tried if state} == {origin for origin, _ in tried}
     assert max(state.answer.certificate.worst for _, state in tried if state) < EXACT
+
+
+def test_a_start_is_repeated_if_the_solver_left_programs_undecided(monkeypatch):
+    """The first attempt leaves a program undecided, and the second attempt decides all programs."""
+    problem = assemble(two_blocks()).problem
+    refiner, q = Refiner(problem, Effort()), mo.solve(two_blocks(), "static").solution.q
+    lowest_from, attempts = refiner._lowest_from, []
+
+    def attempted(first):
+        state = lowest_from(first)
+        attempts.append(first)
+        refiner.undecided = int(len(attempts) == 1)
+        return None if refiner.undecided else state
+
+    monkeypatch.setattr(refiner, "_lowest_from", attempted)
+    found = [(refiner.state_near(q), refiner.undecided) for _ in range(3)]
+    assert found[0] == (None, 1)
+    assert found[1][0].load_factor == pytest.approx(0.15, rel=1e-9)
+    assert found[2] == (found[1][0], 0)
+    assert len(attempts) == 2

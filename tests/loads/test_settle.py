@@ -379,3 +379,9 @@ def test_command_and_files(tmp_path, command):
         assert (tmp_path / name).stat().st_size > 1000
     for wrong in (("--greatest",), ("--plot", tmp_path / "a.txt"), ("--direction", "down")):
         command.refused(*asked, *wrong)
+
+
+def test_a_result_whose_support_settles_has_no_capacity_curve():
+    result = mo.settle(beam(), "R", (0, -1), method="static").least.result
+    with pytest.raises(mo.OptionError, match="a support of this result settles: use a result of"):
+        mo.capacity(result)

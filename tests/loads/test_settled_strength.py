@@ -10,6 +10,7 @@ from settled_scenes import SINKS, beam, block, joined_circles
 
 import masonry_opt as mo
 from masonry_opt.drawing.forces import load_marks
+from masonry_opt.finite_motion.settled_contacts import Contacts
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
@@ -122,3 +123,17 @@ def test_loads_are_drawn_and_followed_where_they_act_after_the_settlement():
     at_rest = mo.capacity(mo.solve(scene, "static"), steps=4)
     curve = mo.capacity(result, steps=4)
     assert curve.displacement == pytest.approx(at_rest.displacement, rel=1e-9)
+
+
+@pytest.mark.parametrize("depths", [(0.2, 0.1), (0.1, 0.2)])
+def test_two_blocks_overlap_as_deep_as_the_joint_that_crushes_most(depths):
+    """A block stands on a floor with two feet, 1 wide each, and turns by 0.01."""
+    outline = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)]
+    blocks = [block("floor", 0, 3, -1, 0, fixed=True), mo.Block(name="A", vertices=outline, weight=1)]
+    assembly = assemble(mo.Scene(joints={"friction": 0.6}, blocks=blocks))
+    joints = assembly.joints
+    touches, slides = np.zeros(len(joints.joint), dtype=bool), np.zeros(len(joints.extent), dtype=bool)
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.01]])
+    contacts = Contacts(assembly, touches, slides, poses, np.array([0]), joints.point, np.array(depths))
+    (overlap,) = contacts.crushed_overlaps(poses).values()
+    assert overlap == pytest.approx(0.2 * 0.01 + assembly.geometry.contact_tolerance)

@@ -384,3 +384,19 @@ def test_blocks_apart_from_a_hanging_one_still_need_a_support():
         mo.solve(scene.replace(blocks=[*scene.blocks, far]))
     with pytest.raises(mo.CaseError, match=r'no block is fixed.*end a tie at "ground"'):
         scene.replace(ties=[])
+
+
+def test_a_movable_block_named_ground_supports_nothing():
+    """A tie that ends at "ground" ends at the block of this name, even if that block can move."""
+    scene = hung_from_ground((0.5, 1.0))
+    above = mo.Block(name="ground", vertices=rectangle(-0.2, 0.2, 1, 1.2), weight=1, fixed=True)
+    assert mo.solve(scene.replace(blocks=[*scene.blocks, above])).stability
+    with pytest.raises(mo.CaseError, match=r"no block is fixed, not even block 'ground': mark the support"):
+        scene.replace(blocks=[*scene.blocks, above.replace(fixed=False)])
+
+
+def test_an_error_of_a_capacity_curve_names_all_ties_that_must_be_omitted():
+    result = mo.solve(hung_from_ground((0.5, 1.0), live=(0, -1)), "static")
+    ties = r"\[\[tie\]\] 'brick\|ground', 'brick\|ground': omit them, or compute"
+    with pytest.raises(mo.OptionError, match=ties):
+        mo.capacity(result)

@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.stability import are_resultants_unique
 
 #: Bisections end at a relative difference of 2e-4.
 BISECTED = 3e-4
@@ -258,3 +260,16 @@ def test_a_stable_scene_has_no_mechanism_and_no_curve_to_draw(case, options):
     assert "stable under its dead load" in drawn.stdout
     assert re.search("thrust.*utilisation", str(drawn.exception))
     assert not Path("no.png").exists()
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("wires", [1, 2])
+def test_the_ground_is_no_block_of_a_scene_that_hangs_from_it(order, wires):
+    """A stack of two solids on one wire has no closed loop of connections, and on two wires it has one."""
+    blocks = [
+        solid("lower", (-1, -1, 0), (1, 1, 1), weight=1),
+        solid("upper", (-1, -1, 1), (1, 1, 2), weight=1),
+    ]
+    ties = [mo.Tie(between=("lower", "ground"), at=((x, 0, 0.5), (x, 0, 9))) for x in (0, 0.5)[:wires]]
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=blocks[::order], ties=ties)
+    assert are_resultants_unique(assemble(scene)) == (wires == 1)

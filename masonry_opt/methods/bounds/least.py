@@ -31,7 +31,8 @@ class LeastProof:
     Attributes
     ----------
     best: exact state with the lowest load factor, known before or found by the search.
-    proof: the proof that no state has a lower load factor; None as long as there is no proof.
+    proof: the proof that no state has a lower load factor than ``best``, or, without ``best``, that no state
+        has a load factor within the range of the search; None as long as there is no proof.
     why: reason why no proof was found; empty if a proof was found, or if the search can be continued.
     """
 
@@ -93,12 +94,12 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor below which states are searched for; None if no state or bound is known."""
+    """Return the load factor below which states are searched for; None without a state or a range."""
     if known is not None:
         return known.load_factor
     if upper is None:
         return None
-    # The search starts a little above the upper bound, so that it also finds a state at the bound itself.
+    # The search starts a little above the end of the range, so that it also finds a state at the end itself.
     return upper + 2 * settings.gap * max(upper, SMALLEST)
 
 
@@ -107,7 +108,7 @@ def _without_range(start: float | None) -> str:
     if start is None:
         return "neither an exact state nor an upper bound is known, below which to search"
     if start <= ZERO:
-        return "the lowest known load factor is zero or less, so a proof can exclude no lower λ"
+        return "the range of the search ends at a load factor of zero or less, so no lower λ can be excluded"
     return ""
 
 
@@ -125,7 +126,8 @@ def prove_least(
     task: the problem. Its effort counts the linear programs.
     known: the lowest exact state known; None if none is known.
     seconds: time limit of the search.
-    upper: load factor that no state exceeds, such as the associative load factor; used if ``known`` is None.
+    upper: load factor up to which states are searched for; used if ``known`` is None. A proof then excludes
+        all states if no state exceeds this load factor, as with the associative load factor.
     settings: settings of the search.
     """
     attempt = LeastProof(task, known, upper, settings)

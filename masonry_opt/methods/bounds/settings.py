@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from masonry_opt.methods.settings import Settings, zero_or_more
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solution.load_history import LoadHistory
+from masonry_opt.solution.thresholds import ZERO
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,20 @@ class ProofBudget(Settings):
     def programs_for(self, problem: Problem, solved: int) -> int:
         """Return the largest number of programs for a proof, given the number of programs already solved."""
         return self.programs if self.is_full_for(problem) else int(self.share * solved)
+
+    def range_end(self, associative: float | None, history: LoadHistory | None) -> float | None:
+        """Return the load factor up to which states are searched for if no exact state is known.
+
+        This is the associative load factor, which no state exceeds. Without it, forces within friction may
+        carry any multiple of the live load, and the range ends at a multiple of the last load factor of the
+        load history. The result is None if neither load factor is known, or if the last one is zero.
+        """
+        if associative is not None:
+            return associative
+        if history is None:
+            return None
+        end = self.load_range * history.steps[-1].load_factor
+        return end if end > ZERO else None
 
 
 #: Budget with its defaults.

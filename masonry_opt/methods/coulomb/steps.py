@@ -169,8 +169,9 @@ class LeastProven:
         # The import is local, because importing the SAT solver takes 30 ms.
         from masonry_opt.methods.bounds.least import LeastProof
 
+        assert run.incremental is not None
         known = run.answer if run.answer is not None and run.answer.exact else None
-        upper = self._upper_bound(run)
+        upper = run.budget.range_end(run.known.associative, run.incremental.load_history)
         search = LeastProof(run.task, known, upper)
         try:
             search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
@@ -181,19 +182,6 @@ class LeastProven:
         if search.best is not None:
             run.proof = search.proof
         run.note = self._note(search, upper)
-
-    @staticmethod
-    def _upper_bound(run: CoulombRun) -> float | None:
-        """Return the load factor up to which states are searched for if no exact state is known.
-
-        This is the associative load factor. If forces within friction can carry any multiple of the live
-        load, it is a multiple of the last load factor of the load history.
-        """
-        assert run.incremental is not None
-        history = run.incremental.load_history
-        if run.known.associative is not None or history is None:
-            return run.known.associative
-        return run.budget.load_range * history.steps[-1].load_factor
 
     @staticmethod
     def _note(search: "LeastProof", upper: float | None) -> str:

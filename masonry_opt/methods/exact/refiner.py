@@ -147,9 +147,9 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: For each state from which the refiner has looked for lower states: the state found, and the number
-        #: of undecided programs. Many starts lead to the same few states.
-        self._ends: dict[tuple[str, bytes], tuple[ExactState | None, int]] = {}
+        #: For each state from which the refiner has looked for lower states, the state found, if the solver
+        #: decided all programs of the last step. Many starts lead to the same few states.
+        self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
@@ -183,7 +183,8 @@ class Refiner(StateFinder):
 
         The first state has the mechanism with the least energy for the given forces. Lower states with other
         mechanisms follow, until λ no longer decreases or would decrease to zero. If an earlier start led to
-        the same first state (λ to ten digits and dual variables to six), its result is returned.
+        the same first state (λ to ten digits and dual variables to six), its result is returned, unless the
+        solver left programs undecided.
 
         A state whose certificate exceeds the limits is not returned. The reason is that a joint without
         normal force may slide in both directions at once, which satisfies every row of the programs but
@@ -194,9 +195,12 @@ class Refiner(StateFinder):
             return None
         largest = first.strength.max(initial=0.0) or 1.0
         key = f"{first.load_factor:.9e}", np.round(first.strength / largest, 6).tobytes()
-        if key not in self._ends:
-            self._ends[key] = self._lowest_from(first), self.undecided
-        state, self.undecided = self._ends[key]
+        if key in self._ends:
+            self.undecided = 0
+            return self._ends[key]
+        state = self._lowest_from(first)
+        if not self.undecided:
+            self._ends[key] = state
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:

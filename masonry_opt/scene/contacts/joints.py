@@ -428,7 +428,7 @@ def _closing_of_overlaps(
 def refuse_floating(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
-    """Raise CaseError if a block touches no other block or is not connected to a support.
+    """Raise CaseError if a block touches no other block or is not connected to a support or to the ground.
 
     ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """
@@ -460,7 +460,8 @@ def refuse_floating(
     raise_for(
         loose,
         scene,
-        f"{{}} is not connected to any fixed block, directly or through other blocks: {remedy}",
+        f"{{}} is not connected to any fixed block or to the ground, directly or through other blocks: "
+        f"{remedy}",
     )
 
 

@@ -458,6 +458,16 @@ def test_stresses_in_another_unit_than_the_weights(key, value, is_unusual):
     assert found == ([{"key": key, "value": value, "weight": pytest.approx(40)}] if is_unusual else [])
 
 
+def test_a_low_scene_is_compared_with_a_column_as_high_as_the_scene_is_long():
+    """A block 4 long and 2 high, of 20 kN/m³: a column of 4 presses with 80 kN/m²."""
+    scene = block_on_floor(width=4, weight=160).replace(strength=5)
+    (values,) = warned(scene, Code.STRESS_DIFFERS)
+    assert values == {"key": "strength", "value": 5, "weight": pytest.approx(80)}
+    assert "a column as high as the largest dimension of the scene presses with 80" in message(
+        [reason(Code.STRESS_DIFFERS, **values)]
+    )
+
+
 def test_axles_in_another_unit_than_the_weights():
     """CS 454 is in kN and m, so that blocks of 22,000 are in N. The deck weighs 88: 89,000 is too much."""
     deck = rectangle("deck", 0, 0, 4, 1, unit_weight=22)

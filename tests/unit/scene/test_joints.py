@@ -119,7 +119,7 @@ def test_impossible_geometry_is_refused_by_name(blocks, message):
         ([square("B", 1, 1)], "'B' touches no other block: it meets 'A'"),
         (
             [square("B", 4, 3), square("C", 5, 3)],
-            "'B' .likewise 1 more: 'C'. is not connected to any fixed block",
+            "'B' .likewise 1 more: 'C'. is not connected to any fixed block or to the ground, directly",
         ),
     ],
 )
