@@ -16,7 +16,7 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError, TimeLimitError, counted
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.problem.assembly import assemble, on_matrices_of
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
 from masonry_opt.problem.settled import Movements
 from masonry_opt.reporting.sentences import numeral
@@ -394,12 +394,23 @@ def _passages(
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
     for group in groups:
-        name = f"the road of axles '{group.name}'"
-        at_rest = None if first.at_rest is None else first.at_rest.geometry
-        road = Road(first.scene, first.geometry, _line(scene, group), name, at_rest)
+        line = _line(scene, group)
+        # Supports settle under the dead loads of each load case, so the displaced roads differ.
+        if first.at_rest is None:
+            roads = [_road(first, group, line)] * len(assemblies)
+        else:
+            roads = [_road(assembly, group, line) for assembly in assemblies]
         for direction in group.directions:
-            ways.append([search.Passage(group, direction, assembly, road) for assembly in assemblies])
+            pairs = zip(assemblies, roads, strict=True)
+            ways.append([search.Passage(group, direction, assembly, road) for assembly, road in pairs])
     return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
+
+
+def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
+    """Return the road of a group of axles over the blocks of an assembly, given its points as drawn."""
+    at_rest = None if assembly.at_rest is None else assembly.at_rest.geometry
+    name = f"the road of axles '{group.name}'"
+    return Road(assembly.scene, assembly.geometry, line, name, at_rest)
 
 
 def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
