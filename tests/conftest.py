@@ -42,6 +42,37 @@ def watched(monkeypatch):
 
 
 @pytest.fixture
+def clock(monkeypatch):
+    """The clock of all time limits, whose time ``now`` in seconds only tests advance."""
+
+    class Clock:
+        now = 0.0
+
+        def perf_counter(self):
+            return self.now
+
+    clock = Clock()
+    monkeypatch.setattr("masonry_opt.deadline.time", clock)
+    return clock
+
+
+@pytest.fixture
+def slow_positions(clock, monkeypatch):
+    """Each position of a crossing takes ten seconds of the clock, which is returned."""
+    from masonry_opt.studies.crossing.search import PassageTrials
+
+    solved = PassageTrials.of
+
+    def slow(trials, live):
+        answer = solved(trials, live)
+        clock.now += 10.0
+        return answer
+
+    monkeypatch.setattr(PassageTrials, "of", slow)
+    return clock
+
+
+@pytest.fixture
 def press_ctrl_c():
     """Ctrl-C as a terminal sends it (a job in the background ignores it), which a solver may swallow."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

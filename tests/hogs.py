@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, TimeLimitError
 
 
 def wait_for(seconds: float, value: object) -> object:
@@ -64,6 +64,10 @@ def fail_unreadably() -> NoReturn:
 
 def refuse(where: str) -> NoReturn:
     raise CaseError(where)
+
+
+def end_at_the_time_limit(message: str) -> NoReturn:
+    raise TimeLimitError(message)
 
 
 def start_and_sleep(case: Path, *_: object) -> None:

@@ -78,7 +78,7 @@ class Assembly:
         """Return the loads on the movable blocks; after a settlement, at the displaced points of action."""
         if self.at_rest is None:
             return loads(self.scene, self.geometry, self.movable)
-        return _moved_loads(self.at_rest, self.scene.settled)
+        return _moved_loads(self.scene, self.at_rest, self.scene.settled)
 
     @property
     def joint(self) -> np.ndarray:
@@ -210,7 +210,7 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     pieces, filled = state.pieces(at_rest.loaded_pieces), state.pieces(at_rest.filled_pieces)
     limited = (*state.struts(at_rest.limited), *pressures(scene, filled))
     matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)
-    block_loads = _moved_loads(at_rest, state)
+    block_loads = _moved_loads(scene, at_rest, state)
     further_loads = resultants(shapes, pieces), fill_forces(scene, shapes, filled)
     dead, live, force_unit = _scaled_loads(scene, block_loads, shapes, movable, matrices, *further_loads)
     law = _law(scene, joints, limited, force_unit)
@@ -226,9 +226,12 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     )
 
 
-def _moved_loads(at_rest: Assembly, state: SettledState) -> Loads:
-    """Return the loads on the movable blocks, at points that have moved with the blocks."""
-    parts = loads(at_rest.scene, at_rest.geometry, at_rest.movable)
+def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
+    """Return the loads of a scene on its movable blocks, at points that have moved with the blocks.
+
+    The scene may have other loads than the scene of the assembly ``at_rest``.
+    """
+    parts = loads(scene, at_rest.geometry, at_rest.movable)
     poses = state.poses[at_rest.movable]
     return Loads(*(moved(forces, poses) for forces in (parts.weight, parts.dead, parts.live)))
 

@@ -24,7 +24,7 @@ from typing import Any
 import psutil
 from pebble import ProcessPool
 
-from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.errors import MasonryError, OptionError, TimeLimitError
 
 FINISHED = "finished"  #: Outcome of a task that returned a value.
 REFUSED = "refused"  #: Outcome of a task that raised a MasonryError.
@@ -314,6 +314,8 @@ def _run(task: Task) -> TaskEnd:
     began = time.perf_counter()
     try:
         end = TaskEnd(FINISHED, value=task())
+    except TimeLimitError as error:
+        end = TaskEnd(TIME_LIMIT, str(error))
     except MasonryError as error:
         end = TaskEnd(REFUSED, str(error))
     except MemoryError:

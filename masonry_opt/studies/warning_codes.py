@@ -30,6 +30,9 @@ class StudyCode(StrEnum):
     #: A crossing has positions without an answer. The record has their number ``count``, and a list
     #: ``positions`` with the first of them.
     POSITIONS_UNDECIDED = "positions undecided"
+    #: The time limit ended a crossing in a sweep, sample or threshold. The record has the time limit in
+    #: ``seconds``.
+    CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles seem to have another unit than the weights. Values: ``name`` of the axles;
     #: ``unit_weight``, the median of the blocks, if the axles are a common set; otherwise ``load`` of all
     #: axles and ``weight``, the sum of all dead loads.

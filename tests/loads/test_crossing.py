@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 from scenes import CASES, axles_on_a_beam
+from settled_scenes import beam
 
 import masonry_opt as mo
 from masonry_opt.analysis import Session
 from masonry_opt.effort import Effort
+from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
 from masonry_opt.solution.acceptance import Kind
@@ -121,6 +123,22 @@ def test_axles_beyond_the_road_do_not_count():
     found = mo.crossing(OVERHANG, short, method="static")
     assert found.load_factor == pytest.approx(0.5 * WEIGHT / (3 * 0.4 - 1 * 0.4), rel=1e-6)
     assert found.at[1] == pytest.approx(-0.9, abs=1e-6)
+
+
+def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
+    """The beam turns about x = 1 by a quarter of the settlement, which is twice as large in case "heavy"."""
+    movements = {"light": {"R": (0.0, -0.02)}, "heavy": {"R": (0.0, -0.04)}}
+
+    def settles(scene, _):
+        return settled_scene(scene, movements[scene.load_case.name])
+
+    monkeypatch.setattr("masonry_opt.studies.crossing.crossing.settled_scene", settles)
+    cases = [mo.LoadCase(name=name, live={"axles": 1}) for name in movements]
+    scene = beam(live=(0, 0)).replace(load_cases=cases)
+    (passages,), _ = _passages(scene, axles(3.0, road=[(0, 2), (5, 2)]), movements)
+    assert [passage.case for passage in passages] == [*movements]
+    at_the_pier = [float(np.interp(4.0, *passage.road.line.T)) for passage in passages]
+    assert at_the_pier == pytest.approx([2 - 0.02 * 3 / 4, 2 - 0.04 * 3 / 4], abs=3e-4)
 
 
 def test_load_factors_jump_between_two_blocks():

@@ -1,17 +1,24 @@
 """The time limit of a crossing: it is that of all positions, and the worst position by then is the answer."""
 
-import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles
+from settled_scenes import SINKS, beam
 
 import masonry_opt as mo
 from masonry_opt.deadline import TimeLimitReached
+from masonry_opt.effort import Effort
 from masonry_opt.errors import TimeLimitError
+from masonry_opt.solution.stopped import with_answer
 from masonry_opt.studies.crossing import crossing as module
-from masonry_opt.studies.crossing.search import PassageTrials
 
 LOADED = OVERHANG.replace(axles=[axles(3.0)])
+#: The axles count twice in case a, and once in case b.
+IN_TWO_CASES = LOADED.replace(
+    load_cases=[mo.LoadCase(name=name, live={"axles": factor}) for name, factor in (("a", 2), ("b", 1))]
+)
 
 
 def ends_at(number, known, error=None):
@@ -25,42 +32,52 @@ def ends_at(number, known, error=None):
     return ends
 
 
+def by_hand(axle, position):
+    """λ of an axle at x, which turns the slab about the edge at .5: λ P (|x| - .5) = .5 W."""
+    return 0.5 * WEIGHT / (axle * (abs(position) - 0.5))
+
+
 @pytest.fixture
-def slow_positions(monkeypatch):
-    """Each position takes a fiftieth of a second."""
-    solved = PassageTrials.of
+def time_is_over_at(clock, watched):
+    """Let the limit of 100 s be over as soon as a scene is assembled for the given solve of a session."""
 
-    def slow(trials, live):
-        time.sleep(0.02)
-        return solved(trials, live)
+    def of(number):
+        def advance(*_):
+            if len(assembled) == number:
+                clock.now += 100.0
 
-    monkeypatch.setattr(PassageTrials, "of", slow)
+        assembled = watched(module.Session, "_assembled", advance)
+
+    return of
 
 
 def test_the_limit_is_that_of_all_positions(slow_positions):
-    """All positions need 2 s, and each of them much less than the limit of .4 s."""
-    began = time.perf_counter()
-    found = mo.crossing(LOADED, method="static", time_limit=0.4)
-    assert time.perf_counter() - began < 0.8
+    """Each position takes 10 s of the clock, so ten positions are solved within 100 s."""
+    found = mo.crossing(LOADED, method="static", time_limit=100)
+    assert slow_positions.now == 100.0
     assert found.time_limit_reached
-    assert 1 <= len(found.table) < 25
+    assert found.time_limit == 100
+    assert len(found.table) == 10
 
 
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_the_worst_position_by_then_is_the_answer(method):
-    """An axle of 3 at x turns the slab about the edge at .5: λ 3 (|x| - .5) = .5 · 12."""
     known = {}
     found = mo.crossing(LOADED, method=method, incremental=False, progress=ends_at(3, known))
     assert found.time_limit_reached
     assert found.interrupted
     assert sorted(found.table["position"]) == sorted(known)
     assert found.load_factor == pytest.approx(min(known.values()), rel=1e-9)
-    assert found.load_factor == pytest.approx(0.5 * WEIGHT / (3 * (abs(found.position) - 0.5)), rel=1e-6)
+    assert found.load_factor == pytest.approx(by_hand(3, found.position), rel=1e-6)
     assert found.bound is None
     assert found.as_dict()["time_limit_reached"] is True
     assert found.facts()["stopped"] == (
         "by the time limit of 7 s; λ may be less at positions that were not solved"
     )
+    # The solve of the worst position itself was completed.
+    assert not found.worst.time_limit_reached
+    assert not found.worst.solution.interrupted
+    assert str(found).count("time limit") == 1
 
 
 def test_a_stopped_crossing_decides_nothing_about_a_factor_that_it_reaches_so_far():
@@ -73,6 +90,107 @@ def test_a_coulomb_method_solves_the_worst_associative_position_first():
     found = mo.crossing(LOADED, progress=ends_at(1, {}))
     assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
     assert abs(found.position) == pytest.approx(1, abs=1e-6)
+
+
+def test_load_cases_solved_before_the_limit_are_not_lost(time_is_over_at):
+    """The second of two cases has no answer, so the first is the worst; its axles count twice."""
+    time_is_over_at(2)
+    found = mo.crossing(IN_TWO_CASES, method="static", time_limit=100)
+    assert (found.worst.load_case, found.not_crossed) == ("a", ["b"])
+    assert found.load_factor == pytest.approx(by_hand(6, found.position), rel=1e-6)
+    assert found.facts()["stopped"] == (
+        "by the time limit of 100 s; λ may be less at positions that were not solved; load cases that were "
+        "not reached: 'b'"
+    )
+
+
+@pytest.mark.parametrize("error", [TimeLimitError("over"), KeyboardInterrupt()])
+def test_an_error_in_a_later_load_case_loses_no_earlier_case(watched, error):
+    def ends(*_):
+        if len(solved) == 2:
+            raise error
+
+    solved = watched(module.Session, "solve", ends)
+    found = mo.crossing(IN_TWO_CASES, method="static", time_limit=100)
+    assert (found.interrupted, found.time_limit_reached) == (True, isinstance(error, TimeLimitError))
+    assert found.by_case["a"] == found.load_factor == pytest.approx(by_hand(6, found.position), rel=1e-6)
+    assert found.by_case["b"] is None
+
+
+def test_a_case_with_a_lower_state_governs_although_another_case_was_stopped(monkeypatch):
+    """The limit ends the search for lower states in case b, which has an answer, but twice that of case a."""
+    answer = module.Session.answer
+
+    def stopped(session, scene, progress, effort):
+        assembly, solution = answer(session, scene, progress, effort)
+        if scene.load_case.name == "b":
+            solution = with_answer(solution, TimeLimitReached(100.0), effort)
+        return assembly, solution
+
+    monkeypatch.setattr(module.Session, "answer", stopped)
+    found = mo.crossing(IN_TWO_CASES, method="static", time_limit=100)
+    assert found.time_limit == 100
+    assert found.worst.load_case == "a"
+    assert found.not_crossed == []
+    assert found.by_case["b"] == pytest.approx(2 * found.by_case["a"], rel=1e-6)
+
+
+def test_a_limit_in_the_first_solve_is_an_error(time_is_over_at):
+    time_is_over_at(1)
+    with pytest.raises(TimeLimitError, match=r"100 s ended the crossing: no position was solved .*'static'"):
+        mo.crossing(LOADED, method="static", time_limit=100)
+
+
+def test_ctrl_c_in_the_first_solve_is_an_interrupt(watched):
+    def ends(*_):
+        raise KeyboardInterrupt
+
+    watched(module.Session, "solve", ends)
+    with pytest.raises(KeyboardInterrupt, match="no position was solved with method 'static'"):
+        mo.crossing(LOADED, method="static")
+
+
+def test_ctrl_c_is_not_taken_for_the_time_limit_of_a_method():
+    """Method "global" has a time limit of its own, which may end its solve of the worst position."""
+    whole = mo.crossing(LOADED, method="static")
+    solution = with_answer(whole.worst.solution, TimeLimitReached(60.0), Effort())
+    found = replace(whole, worst=replace(whole.worst, solution=solution), interrupted=True)
+    assert found.worst.time_limit_reached
+    assert not found.time_limit_reached
+    assert "stopped" not in found.facts()
+    assert "λ may be less" in found.facts()["interrupted"]
+
+
+def test_the_limit_may_end_the_solve_of_the_default_method(time_is_over_at):
+    """It is the third solve, after those of the first and of the worst position; the crossing is complete."""
+    time_is_over_at(3)
+    found = mo.crossing(LOADED, method="static", time_limit=100)
+    assert found.default is None
+    assert found.no_default == "the time limit of 100 s ended its solve"
+    assert "not compared with the default method: the time limit of 100 s ended its solve" in str(found)
+    assert not found.interrupted
+    assert found.bound is not None
+
+
+def test_a_load_factor_that_the_default_method_has_by_the_limit_is_compared():
+    whole = mo.crossing(LOADED, method="static")
+    solution = with_answer(whole.default.solution, TimeLimitReached(100.0), Effort())
+    found = replace(whole, default=replace(whole.default, solution=solution))
+    assert "λ = 4.000000 there, when the time limit ended its search: the same as" in str(found)
+
+
+def test_a_stopped_crossing_of_a_settled_bridge_draws_the_axle_loads():
+    """Forces on blocks, as pictures and moved blocks use them, have the resultants of the problem's loads."""
+    scene = beam(live=(0, 0)).replace(axles=[axles(3.0, road=[(0, 2), (5, 2)])])
+    found = mo.crossing(scene, method="static", settled=SINKS, progress=ends_at(3, {}))
+    assert found.time_limit_reached
+    assembly = found.worst.assembly
+    problem, live = assembly.problem, assembly.block_loads.live
+    scale = problem.force_unit * np.array([1.0, 1.0, problem.length_unit])
+    expected = problem.by_block(problem.live) * scale
+    assert np.abs(expected).max() > 1.0
+    resultants = live.about(assembly.geometry.centroid[assembly.movable])
+    np.testing.assert_allclose(resultants.reshape(-1, 3), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +229,7 @@ def test_time_that_is_over_before_the_first_position_is_an_error():
 
 def test_the_command_prints_the_answer_and_ends_with_exit_code_1(slow_positions, command, tmp_path):
     mo.save(LOADED, tmp_path / "overhang.toml")
-    arguments = "crossing", tmp_path / "overhang.toml", "--method", "static", "--time-limit", "0.5"
+    arguments = "crossing", tmp_path / "overhang.toml", "--method", "static", "--time-limit", "100"
     answer = command.json(*arguments, code=1)
     assert answer["time_limit_reached"] is True
     assert answer["load_factor"] >= 4.0 - 1e-6

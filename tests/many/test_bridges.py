@@ -4,6 +4,7 @@ On the slab of ``loads.overhang`` an axle P turns the slab about the edge of its
 of a slab that reaches .5 further: λ P .5 = W .5.
 """
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +14,17 @@ import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, support
 
 import masonry_opt as mo
+from masonry_opt.analysis import prepare
+from masonry_opt.errors import NoLoadFactorError, TimeLimitError
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.solution import Solution
 from masonry_opt.studies.many.charts import drawings
+from masonry_opt.studies.many.run_warnings import warnings_of_falls
+from masonry_opt.studies.many.runs import run_scene
+from masonry_opt.studies.many.sample import Sample
 from masonry_opt.studies.many.scene_answer import SceneAnswer
 from masonry_opt.studies.many.sweep import summary_text
-from masonry_opt.studies.run_columns import CROSSED_RUNS, CROSSING_COLUMNS, RUN_COLUMNS
+from masonry_opt.studies.run_columns import CROSSED_RUNS, CROSSING_COLUMNS, RUN_COLUMNS, framed
 
 WITH_AXLES = OVERHANG.replace(axles=[axles(3.0)])
 STATIC = {"method": "static", "workers": 1}
@@ -222,6 +228,79 @@ def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
     monkeypatch.setattr("masonry_opt.studies.many.scene_answer.cross", lambda *_: interrupted)
     with pytest.raises(KeyboardInterrupt):
         mo.least(lambda _: WITH_AXLES, 1.0, 2.0, load=1.0, method="static")
+
+
+def light_and_heavy(factor=1.0):
+    """The slab with two groups of one axle: a load of ``factor``, and one three times as large.
+
+    The heavy axle governs: λ = W / (3 factor). For the light axle alone, λ is three times as large. Within
+    45 s of ``slow_positions`` only the light axle moves, beginning at the end of the slab.
+    """
+    return OVERHANG.replace(axles=[axles(factor, name="light"), axles(3 * factor, name="heavy")])
+
+
+def test_a_run_whose_crossing_was_stopped_is_not_complete(slow_positions):
+    how = pickle.dumps(prepare("static", time_limit=45).how)
+    row = run_scene(how, light_and_heavy())
+    assert row["load_factor"] == pytest.approx(WEIGHT, rel=1e-6)
+    assert (row["status"], row["reason"], row["any_load"]) == (str(mo.Status.TIME_LIMIT), "time limit", False)
+    assert row["positions"] == 5
+    (warning,) = [record for record in row["warned"] if record["code"] == "crossing stopped"]
+    assert warning["seconds"] == 45
+    assert warning["sentence"] == row["message"]
+    assert row["message"].startswith(
+        "the time limit of 45 s ended the crossing, and λ may be less at positions"
+    )
+
+
+@pytest.mark.parametrize("load", [2.0, 8.0])
+def test_a_stopped_crossing_does_not_show_that_a_load_is_carried(slow_positions, load):
+    """The threshold is W / (3 load), but only the upper bound λ ≤ W / factor is known at the time limit."""
+    words = r"^at 0\.1: it could not be decided.*45 s ended the crossing"
+    with pytest.raises(NoLoadFactorError, match=words):
+        mo.most(light_and_heavy, 0.1, 10.0, load=load, method="static", time_limit=45)
+
+
+def test_a_stopped_crossing_may_show_that_a_load_is_not_carried(slow_positions):
+    """With axles of 10 and 30, λ ≤ W / 10 = 1.2; only the next scene remains undecided."""
+    tried = []
+    given = {"method": "static", "time_limit": 45, "progress": tried.append}
+    with pytest.raises(NoLoadFactorError, match=r"^at -1: it could not be decided"):
+        mo.least(lambda x: light_and_heavy(-x), -10.0, -1.0, load=2.0, **given)
+    (trial,) = tried
+    assert not trial.holds
+    assert trial.number == pytest.approx(WEIGHT / 10, rel=1e-6)
+
+
+def test_a_limit_before_any_position_names_the_value(clock, watched):
+    def is_over(*_):
+        clock.now += 100.0
+
+    watched(prepare("static").__class__, "_assembled", is_over)
+    with pytest.raises(TimeLimitError, match=r"^at 0\.1: .*no position was solved"):
+        mo.most(light_and_heavy, 0.1, 10.0, load=8.0, method="static", time_limit=45)
+
+
+def test_a_sample_counts_a_stopped_crossing_as_undecided():
+    statuses = [mo.Status.TIME_LIMIT, mo.Status.OPTIMAL]
+    rows = [
+        {"weight": 6.0, "load_factor": 2.0, "status": str(status), "message": "why"} for status in statuses
+    ]
+    table = framed(rows, ["weight"], RUN_COLUMNS)
+    found = Sample("slab", table, ("weight",), {"weight": "uniform"})
+    np.testing.assert_array_equal(found.load_factors, [np.nan, 2.0])
+    assert found.undecided == 1
+    assert "1 run undecided (stopped by the time limit): why" in str(found.warning_records)
+
+
+def test_a_stopped_crossing_does_not_show_that_a_load_factor_falls():
+    runs = {"joints.friction": [0.3, 0.4], "load_factor": [2.0, 1.0], "status": "optimal"}
+    table = pd.DataFrame(runs)
+    assert len(list(warnings_of_falls(table, ["joints.friction"], "coulomb"))) == 1
+    for row in (0, 1):
+        stopped = table.copy()
+        stopped.loc[row, "status"] = str(mo.Status.TIME_LIMIT)
+        assert not list(warnings_of_falls(stopped, ["joints.friction"], "coulomb"))
 
 
 def test_bad_input_names_what_to_change():

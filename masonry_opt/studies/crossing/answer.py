@@ -33,9 +33,11 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         solve was interrupted.
     passages: Answers for each group of axles, direction and load case.
     interrupted: True if the user or the time limit ended the search: λ may be less at other positions.
+    time_limit: Time limit in seconds, if it ended the search; otherwise None.
     cases, left_out: Names of the load cases with axles, and of the load cases without.
     default: Result of the default method at the worst position, if the chosen method is associative.
-    no_default: Reason why the default method has no result, if it was interrupted or raised an error.
+    no_default: Reason why the default method has no result, if the user or the time limit ended its solve, or
+        if it raised an error.
     required_factor: Load factor that is required; None if none is required.
     """
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError, TimeLimitError, counted
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.problem.assembly import assemble, on_matrices_of
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.fill import Road
 from masonry_opt.problem.settled import Movements
 from masonry_opt.reporting.sentences import numeral
@@ -27,7 +27,6 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.stopped import with_answer
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
@@ -148,21 +147,20 @@ def _crossed(
     ways, left_out = _passages(scene, axles, settled)
     cases = tuple(passage.case for passage in ways[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
+    firsts, stop = _solve_first_positions(session, ways[0], phases)
+    if firsts and not _carries_dead_load(firsts[-1].result):
+        return answer(worst=firsts[-1].result, passages=())
+    if stop is not None:
+        if all(first.trials.is_undecided for first in firsts):
+            raise _without_positions(session, [search.PassageTrials(ways[0][0], None)], stop)
+        worst_first = min(firsts, key=lambda first: (first.trials.least, not first.trials.is_undecided))
+        passages = tuple(first.trials for first in firsts)
+        return answer(worst=worst_first.result, passages=passages, **_ended_by(stop))
     effort = Effort()
     programs: dict[str | None, search.SolveLive] = {}
-    for passage in ways[0]:
-        start = _first_loaded(passage)
-        result = session.solve(passage.scene(start), lambda _: None, Effort(phases))
-        undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
-        if undecided or result.status is Status.UNSTABLE:
-            return answer(worst=result, passages=())
-        by_limit = result.time_limit_reached and session.how.time_limit is not None
-        by_user = result.solution.interrupted and not result.time_limit_reached
-        if by_limit or by_user:
-            first = search.PassageTrials(passage, None, answers={start: result.solution})
-            trials = () if result.load_factor is None else (first,)
-            return answer(worst=result, passages=trials, interrupted=True)
-        programs[passage.case] = search.moving_load(passage.loaded(passage.live(start)).problem, effort)
+    for passage, first in zip(ways[0], firsts, strict=True):
+        loaded = passage.loaded(passage.live(first.trials.position))
+        programs[passage.case] = search.moving_load(loaded.problem, effort)
     all_trials, stop = _cross(session, ways, programs, effort, progress)
     # Without a load factor, an undecided passage is shown rather than a passage that carries any load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
@@ -175,8 +173,71 @@ def _crossed(
         passages=tuple(all_trials),
         default=default,
         no_default=no_default,
-        interrupted=stop is not None,
+        **_ended_by(stop),
     )
+
+
+def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
+    """Return the fields of a crossing that state whether the user or the time limit ended it."""
+    seconds = stop.seconds if isinstance(stop, TimeLimitReached) else None
+    return {"interrupted": stop is not None, "time_limit": seconds}
+
+
+class _FirstPosition(NamedTuple):
+    """First position of a load case that is solved."""
+
+    trials: search.PassageTrials  #: passage of the load case, with the answer at this position alone
+    result: Result  #: result at this position
+
+
+def _solve_first_positions(
+    session: Session, passages: list[search.Passage], phases: Phases
+) -> tuple[list[_FirstPosition], KeyboardInterrupt | None]:
+    """Solve each load case at one position; return the answers, and the signal that ended the solves.
+
+    A load case that is not known to carry its dead load is the last that is solved. The signal is None unless
+    the user or the time limit ended the solves. A solve that ended without an answer is then left out.
+    """
+    firsts: list[_FirstPosition] = []
+    for passage in passages:
+        position = _first_loaded(passage)
+        try:
+            result = session.solve(passage.scene(position), lambda _: None, Effort(phases))
+        except TimeLimitError:
+            return firsts, _limit_of(session)
+        except KeyboardInterrupt as caught:
+            return firsts, caught
+        # A Coulomb method has no associative load factors at this stage.
+        bounds = None if session.method.associative else search.PassageTrials(passage, None)
+        trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
+        stop = _stop_of(session, result)
+        if stop is None or not trials.is_undecided:
+            firsts.append(_FirstPosition(trials, result))
+        if stop is not None or not _carries_dead_load(result):
+            return firsts, stop
+    return firsts, None
+
+
+def _carries_dead_load(result: Result) -> bool:
+    """Return True unless a scene is unstable under its dead load, or its stability is undecided."""
+    undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
+    return not undecided and result.status is not Status.UNSTABLE
+
+
+def _limit_of(session: Session) -> TimeLimitReached:
+    """Return the signal that the time limit of a session has passed."""
+    assert session.how.time_limit is not None
+    return TimeLimitReached(session.how.time_limit)
+
+
+def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
+    """Return the signal of the user or of the session's time limit that ended a solve; None without one.
+
+    A method may have a time limit of its own. This limit does not end a crossing.
+    """
+    if result.time_limit_reached:
+        return None if session.how.time_limit is None else _limit_of(session)
+    return KeyboardInterrupt() if result.solution.interrupted else None
 
 
 def _worst_result(
@@ -185,26 +246,22 @@ def _worst_result(
     """Return the result at the worst position, and the signal that ended the crossing.
 
     The worst position is solved once more, for the incremental load factor. If the user or the time limit
-    ends that, or has ended the search before, the answer of the search is the result.
+    ends this solve, or if the time limit has ended the search before, the answer of the search is the result.
     """
-    scene, limit = worst.passage.scene(worst.position), session.how.time_limit
+    scene = worst.passage.scene(worst.position)
     try:
         if isinstance(stop, TimeLimitReached):
             raise stop
         result = session.solve(scene)
-        if limit is None or not result.time_limit_reached:
+        if session.how.time_limit is None or not result.time_limit_reached:
             return result, stop
-        stop = TimeLimitReached(limit)
+        stop = _limit_of(session)
     except TimeLimitError:
-        assert limit is not None
-        stop = TimeLimitReached(limit)
+        stop = _limit_of(session)
     except KeyboardInterrupt as caught:
         stop = caught
-    solution = worst.answers[worst.position]
-    if isinstance(stop, TimeLimitReached):
-        solution = with_answer(solution, stop, effort)
     assembly = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=scene)
-    return session.result(assembly, solution, effort), stop
+    return session.result(assembly, worst.answers[worst.position], effort), stop
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
@@ -286,11 +343,18 @@ def _without_positions(
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and an empty string, or None and the reason for no result."""
+    """Return the result of the default method and an empty string, or None and the reason for no result.
+
+    The time limit of the crossing applies to this solve too.
+    """
     try:
-        return prepare(DEFAULT).without_incremental().solve(scene), ""
+        result = prepare(DEFAULT).without_incremental().solve(scene)
     except (KeyboardInterrupt, MasonryError) as error:
         return None, str(error) or "interrupted"
+    if result.status is not Status.TIME_LIMIT:
+        return result, ""
+    seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
+    return None, f"the time limit of {seconds:g} s ended its solve"
 
 
 def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
@@ -330,12 +394,23 @@ def _passages(
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
     for group in groups:
-        name = f"the road of axles '{group.name}'"
-        at_rest = None if first.at_rest is None else first.at_rest.geometry
-        road = Road(first.scene, first.geometry, _line(scene, group), name, at_rest)
+        line = _line(scene, group)
+        # Supports settle under the dead loads of each load case, so the displaced roads differ.
+        if first.at_rest is None:
+            roads = [_road(first, group, line)] * len(assemblies)
+        else:
+            roads = [_road(assembly, group, line) for assembly in assemblies]
         for direction in group.directions:
-            ways.append([search.Passage(group, direction, assembly, road) for assembly in assemblies])
+            pairs = zip(assemblies, roads, strict=True)
+            ways.append([search.Passage(group, direction, assembly, road) for assembly, road in pairs])
     return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
+
+
+def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
+    """Return the road of a group of axles over the blocks of an assembly, given its points as drawn."""
+    at_rest = None if assembly.at_rest is None else assembly.at_rest.geometry
+    name = f"the road of axles '{group.name}'"
+    return Road(assembly.scene, assembly.geometry, line, name, at_rest)
 
 
 def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:

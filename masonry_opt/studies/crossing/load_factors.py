@@ -24,6 +24,7 @@ class CrossingLoadFactors:
     worst: Result
     passages: tuple[PassageTrials, ...] = field(repr=False)
     interrupted: bool = False
+    time_limit: float | None = None
     cases: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     default: Result | None = field(default=None, repr=False)
@@ -42,7 +43,7 @@ class CrossingLoadFactors:
     @property
     def time_limit_reached(self) -> bool:
         """True if the time limit ended the crossing: λ may be less at other positions."""
-        return self.interrupted and self.worst.time_limit_reached
+        return self.time_limit is not None
 
     @property
     def least(self) -> PassageTrials | None:

@@ -5,7 +5,6 @@ from masonry_opt.reporting.load_factors import certainty, own_name
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
-from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
@@ -36,9 +35,8 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if answer.interrupted:
         not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
         label, by = "interrupted", ""
-        if answer.time_limit_reached:
-            seconds = worst.solution.values_of(Code.TIME_LIMIT)["seconds"]
-            label, by = "stopped", f"by the time limit of {seconds:g} s; "
+        if answer.time_limit is not None:
+            label, by = "stopped", f"by the time limit of {answer.time_limit:g} s; "
         lines[label] = f"{by}λ may be less at positions that were not solved{not_reached}"
     return lines
 
@@ -139,6 +137,8 @@ def _first_look(answer: CrossingLoadFactors) -> str:
     if default.load_factor is None or associative is None:
         return f"{subject} there: {default.status}"
     at = f"λ = {numeral(default.load_factor, '.6f')} there"
+    if default.time_limit_reached:
+        at += ", when the time limit ended its search"
     difference = _difference(default.load_factor, associative, law)
     chords = _less_by_chords(answer, default) if law else ""
     return f"{subject} {at}{chords}: {difference}; λ may be less at other positions"

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
+from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLimitError
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
@@ -363,7 +363,7 @@ class _Search:
         try:
             scene = as_scene(self.make(value))
             number, certificate, answer = self._solved(scene)
-        except (CaseError, NoLoadFactorError) as error:
+        except (CaseError, NoLoadFactorError, TimeLimitError) as error:
             remedy = ""
             if self.load is not None and scene is not None and not _has_live_load(scene):
                 remedy = "; without 'load' (--load) the search tests stability under dead load only"
@@ -377,11 +377,10 @@ class _Search:
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
         """Return the load factor or dead-load margin of a scene, its certificate and its answer.
 
-        Axles move over the scene, unless only its dead load is examined.
-
-        If the method finds no load factor, the number is -inf if the scene is unstable, inf if it carries any
-        load, and the associative load factor if that is below the load. Otherwise NoLoadFactorError is
-        raised.
+        Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,
+        the number is -inf if the scene is unstable, inf if it carries any load, and the associative load
+        factor if that is below the load. NoLoadFactorError is raised otherwise, and if the time limit ended
+        the crossing before a load factor below the load was found.
         """
         if self.load is None:
             scene.refuse_without_case()
@@ -402,6 +401,8 @@ class _Search:
                 "it could not be decided whether the load is carried: narrow the range, or choose another "
                 f"method ({result.status}: {result.message})"
             )
+        if answer.stopped and number >= self.load:
+            raise NoLoadFactorError(f"it could not be decided whether the load is carried: {answer.stopped}")
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:

@@ -12,6 +12,7 @@ import pandas as pd
 from masonry_opt.errors import counted
 from masonry_opt.reporting.load_factors import search_advice
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
@@ -94,7 +95,9 @@ def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
     """Return a warning about the largest decrease of λ as a number increases; None without a decrease."""
-    known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
+    # If the time limit ended a crossing, λ is only an upper bound, so the run is left out.
+    known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
+    known = known.sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
     falls = (before["load_factor"] - after["load_factor"]).where(after[name] > before[name])
     for other in others:

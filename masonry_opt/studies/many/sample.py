@@ -59,10 +59,10 @@ class Sample(StudyAnswer):
 
     - A scene that is unstable under its dead load counts as collapsed at any load.
     - A scene that is proven to carry any load collapses at no load.
-    - Any other run is ``undecided``: it did not converge, is unlimited without a proof, or its process
-      crashed. Quantiles, probabilities and correlations are those of the decided runs. Their limits include
-      both cases: the lower limit of a probability counts undecided runs as not collapsed, the upper limit
-      as collapsed.
+    - Any other run is ``undecided``: it did not converge, was stopped by the time limit, is unlimited without
+      a proof, or its process crashed. Quantiles, probabilities and correlations are those of the decided
+      runs. Their limits include both cases: the lower limit of a probability counts undecided runs as not
+      collapsed, the upper limit as collapsed.
     - A run without an incremental load factor is undecided in the statistics of the incremental load factor.
       These statistics are NaN if no run has an incremental load factor.
     - A run is ``refused`` if its values make no scene that can be solved. Statistics ignore these runs.
@@ -120,7 +120,9 @@ class Sample(StudyAnswer):
         """Return a column of load factors, in which runs without a load factor have ±inf or NaN."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
-        unknown = ~np.isfinite(values)
+        # If the time limit ended a crossing, λ is only an upper bound, so the run is undecided.
+        stopped = (rows["status"] == str(Status.TIME_LIMIT)).to_numpy()
+        unknown = ~np.isfinite(values) | stopped
         values[unknown] = np.nan
         values[unknown & rows["any_load"].fillna(False).to_numpy(dtype=bool)] = math.inf
         values[unknown & (rows["status"] == str(Status.UNSTABLE)).to_numpy()] = -math.inf
@@ -173,14 +175,12 @@ class Sample(StudyAnswer):
     def counted(self) -> str:
         """Text with the number of runs, and the numbers of runs without a load factor."""
         has_incremental = self._counting["incremental"].notna().any()
-        unexpected = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
+        missing = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided: the limits cover both cases, collapse and no collapse": self.undecided,
-            "without an incremental λ: its limits cover both cases, collapse and no collapse": int(
-                unexpected.sum()
-            ),
+            "without an incremental λ: its limits cover both cases, collapse and no collapse": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]

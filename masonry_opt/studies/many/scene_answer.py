@@ -9,6 +9,7 @@ from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.crossing import cross
 from masonry_opt.studies.run_columns import columns
@@ -22,7 +23,11 @@ class SceneAnswer(NamedTuple):
     crossing: Crossing | None = None
 
     def columns(self) -> dict[str, Any]:
-        """Return the values of ANSWER_COLUMNS and, for a crossing, of CROSSING_COLUMNS."""
+        """Return the values of ANSWER_COLUMNS and, for a crossing, of CROSSING_COLUMNS.
+
+        If the time limit ended the crossing, the status says so, the load factor is that of the worst
+        position solved by then, and ``any_load`` is False.
+        """
         entries = columns(self.result)
         crossed = self.crossing
         if crossed is None:
@@ -32,8 +37,21 @@ class SceneAnswer(NamedTuple):
         entries |= crossed.place | {"bound": crossed.bound}
         entries["positions"] = len(crossed.governing) if moved else 0
         entries["undecided_positions"] = crossed.undecided if moved else 0
+        if self.stopped:
+            stopped = {"status": str(Status.TIME_LIMIT), "reason": str(Code.TIME_LIMIT), "any_load": False}
+            entries |= stopped | {"message": self.stopped}
         del entries["at"]  # positions of the other axles follow from the position of the first axle
         return entries
+
+    @property
+    def stopped(self) -> str:
+        """Sentence that the time limit ended the crossing; an empty text if all positions were solved."""
+        if self.crossing is None or self.crossing.time_limit is None:
+            return ""
+        return (
+            f"the time limit of {self.crossing.time_limit:g} s ended the crossing, and λ may be less at "
+            "positions that were not solved: raise the time limit"
+        )
 
     @property
     def place(self) -> str:
@@ -48,7 +66,11 @@ class SceneAnswer(NamedTuple):
         """Warnings of the answer in the form of JSON output."""
         if self.crossing is None:
             return self.result.warning_records
-        return [*self.crossing.warning_records, *_warnings_of_crossing(self.crossing)]
+        records = [*self.crossing.warning_records, *_warnings_of_crossing(self.crossing)]
+        if self.stopped:
+            seconds = self.crossing.time_limit
+            records.append(study_warning(StudyCode.CROSSING_STOPPED, self.stopped, seconds=seconds))
+        return records
 
 
 def place_text(axles: object, position: float, direction: object, load_case: object) -> str:
@@ -60,7 +82,9 @@ def place_text(axles: object, position: float, direction: object, load_case: obj
 def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
     """Solve a scene; if axles are among its live loads, move the axles over the scene.
 
-    The axles cross in all load cases that have axles, unless a load case of the scene is chosen already.
+    The axles cross in all load cases that have axles, unless a load case of the scene is chosen already. At
+    the time limit, the answer is the worst position solved by then.
+
     Raises KeyboardInterrupt if the user interrupts a crossing, and the errors of ``mo.solve`` and
     ``mo.crossing``.
     """

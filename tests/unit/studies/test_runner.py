@@ -43,6 +43,12 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
     assert [end.how for _, end in ends] == [runner.FINISHED] * 2
 
 
+def test_an_analysis_without_a_result_at_its_time_limit_is_not_refused():
+    """Refused runs are left out of statistics; this run is undecided."""
+    end = runner._run(partial(hogs.end_at_the_time_limit, "over"))
+    assert (end.how, end.reason, end.value) == (runner.TIME_LIMIT, "over", None)
+
+
 def test_an_error_ends_its_task_alone_and_is_raised_where_the_value_is_asked_for():
     tasks = {
         "fails": hogs.fail,
