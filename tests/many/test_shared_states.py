@@ -184,7 +184,7 @@ def test_the_certificate_decides_which_rods_bear_the_state():
 
 
 def swept(names, *rows):
-    return pd.DataFrame(rows, columns=[*names, "load_factor"])
+    return pd.DataFrame(rows, columns=[*names, "load_factor"]).assign(status="converged")
 
 
 def test_a_load_factor_that_falls_as_strength_grows_is_told():

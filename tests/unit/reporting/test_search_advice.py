@@ -42,7 +42,8 @@ SEEKING = [name for name, method in METHODS.items() if method.seeks_lowest]
 def test_sweeps_and_samples_advise_a_search_that_the_package_accepts(method):
     """A load factor that falls as friction grows was perhaps missed; "mpec" and "global" have no search."""
     friction = np.linspace(0.3, 0.6, 20)
-    swept = pd.DataFrame({"joints.friction": friction, "load_factor": 2 - friction})
+    rows = {"joints.friction": friction, "load_factor": 2 - friction, "status": "converged"}
+    swept = pd.DataFrame(rows)
     (record,) = warnings_of_falls(swept, ["joints.friction"], method)
     names_accepted_search(record["sentence"], method)
     sample = sampled(2 - friction, pd.DataFrame({"joints.friction": friction}))
