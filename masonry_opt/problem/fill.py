@@ -26,7 +26,8 @@ _GAUSS_POINT_COUNT = 4
 #: Number of equal parts into which a road over fill is divided for uniform loads. With more parts, loads that
 #: spread through fill are more accurate but take longer to compute.
 _ROAD_DIVISIONS = 200
-_GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(_GAUSS_POINT_COUNT)
+#: Points and weights of the Gauss–Legendre rule on the interval from −1 to 1.
+_GAUSS_RULE = np.polynomial.legendre.leggauss(_GAUSS_POINT_COUNT)
 
 
 @dataclass(frozen=True)
@@ -336,13 +337,14 @@ class Road:
         blocks or pieces of edges below the road end. The replacement is exact for loads that act straight
         down. Forces of loads that spread through fill have errors of about 2e-4 of the load.
         """
+        points, weights = _GAUSS_RULE
         x, shares = [np.empty(0)], [np.empty(0)]
         for first, last, intensity in zip(start, end, load, strict=True):
             cuts = self._cuts[(self._cuts > first) & (self._cuts < last)]
             ends = np.r_[first, cuts, last]
             half = np.diff(ends)[:, None] / 2
-            x.append((ends[:-1, None] + half + half * _GAUSS_POINTS).ravel())
-            shares.append((intensity * half * _GAUSS_WEIGHTS).ravel())
+            x.append((ends[:-1, None] + half + half * points).ravel())
+            shares.append((intensity * half * weights).ravel())
         return self.on_blocks(np.concatenate(x), np.concatenate(shares))
 
 

@@ -85,7 +85,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     _, page = answer_and_page(name)
     for words in ("What was not checked", "strength is infinite", "Foundations", "Values given", "Service"):
         assert words in page.text
-    # What was compared is not said to be unchecked.
+    # The page names compared units under "What was checked", so the list of unchecked points must not.
     assert "not compared" not in page.text
     without = name in ("none", "falls")
     by_statics = name in ("result", "capacity", "directions")

@@ -22,7 +22,9 @@ OUT_OF_RANGE = [
 #: Start of the words that advise an object of the settings of the incremental analysis.
 SETTINGS = "settings=mo.IncrementalSettings("
 
-LOOP, STATIC, INCREMENTAL = {"method": "nonassociative"}, {"method": "static"}, {"method": "incremental"}
+LOOP = {"method": "nonassociative"}
+STATIC = {"method": "static"}
+INCREMENTAL = {"method": "incremental"}
 NEWTON = {"model": "pyomo", "solver": "newton"}
 
 #: What is asked, and the names that the message must hold in this order.
