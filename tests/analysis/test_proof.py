@@ -1,13 +1,10 @@
-"""The least load factor, proven by conflict learning, and the check of proofs.
+"""The least load factor, proven by conflict learning.
 
 Expected values come from an enumeration that shares no code with the search, from files whose comments say
 how their values are known, and from closed forms.
 """
 
-import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +12,7 @@ import pytest
 from atlas.held_scenes import held
 from atlas.random_scenes import random_scene
 from mappings import mapped, mirrored
-from pysat.solvers import Minisat22
+from proofs import FOLDER, SECONDS, associative, found_from_above
 from scenes import CASES, small_wall, two_blocks
 from scenes_in_space import corner_wall
 from scipy.optimize import linprog
@@ -27,30 +24,12 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.proof_check import check
-from masonry_opt.solution.answer import Answer
-from masonry_opt.solution.proof import KinematicConflict, Proof, StaticConflict
-
-FOLDER = Path(__file__).parent / "low_states"
 
 #: Scenes and their least load factors; each file says how they are known.
 LEAST = {"wall_13_joints": 16.4710309, "stones_14_joints": 2.3410936}
 
 #: Relative tolerance of load factors: tolerances of the linear programs (1e-10) times their conditioning.
 TOLERANCE = 1e-6
-
-SECONDS = 120.0  #: Time limit of a search, which no test relies on.
-
-
-def associative(scene: mo.Scene) -> float:
-    return mo.solve(scene, "static").required()
-
-
-def found_from_above(scene: mo.Scene) -> tuple[Answer, Proof]:
-    """Return the least state and its proof, found from the associative load factor alone."""
-    search = prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene))
-    assert search.proof is not None, search.why
-    assert search.best is not None
-    return search.best, search.proof
 
 
 def least_by_enumeration(problem: Problem) -> float:
@@ -282,171 +261,6 @@ def test_users_read_why_there_is_no_proof(no_proof):
     assert "did not end within" in str(late)
 
 
-@pytest.fixture(scope="module")
-def proven() -> tuple[Problem, Proof]:
-    scene = mo.load(FOLDER / "stones_14_joints.toml")
-    return assemble(scene).problem, found_from_above(scene)[1]
-
-
-def first_of(proof: Proof, kind: type) -> int:
-    return next(index for index, one in enumerate(proof.conflicts) if isinstance(one, kind))
-
-
-def with_conflict(proof: Proof, kind: type, change: Callable[[Any], dict[str, Any]]) -> Proof:
-    """Return the proof with fields of its first conflict of a kind changed."""
-    index, conflicts = first_of(proof, kind), list(proof.conflicts)
-    conflicts[index] = replace(conflicts[index], **change(conflicts[index]))
-    return replace(proof, conflicts=tuple(conflicts))
-
-
-def bent(values: np.ndarray) -> np.ndarray:
-    """Return the values with the largest one changed by a millionth."""
-    changed = values.copy()
-    changed[np.abs(values).argmax()] *= 1 + 1e-6
-    return changed
-
-
-CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
-    "a higher bound": (lambda proof: replace(proof, bound=proof.bound * 1.01), "not between"),
-    "a higher bound and load factor": (
-        lambda proof: replace(proof, bound=proof.bound * 1.01, load_factor=proof.load_factor * 1.02),
-        "conflict no.",
-    ),
-    "a clause without one of its conditions": (
-        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "wrong sign",
-    ),
-    "a kinematic clause without one of its conditions": (
-        lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "is too large for a proof",
-    ),
-    "a motion that is bent": (
-        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
-        "is too large for a proof",
-    ),
-    "forces that are bent": (
-        lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
-        "is too large for a proof",
-    ),
-    "multipliers turned around": (
-        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),
-        "conflict no.",
-    ),
-    "a lower load factor among the multipliers": (
-        lambda proof: with_conflict(
-            proof, KinematicConflict, lambda one: {"load_factor": 0.99 * one.weight * proof.bound}
-        ),
-        "contradict nothing",
-    ),
-    "a negative weight": (
-        lambda proof: with_conflict(proof, KinematicConflict, lambda _: {"weight": -1.0}),
-        "negative weight",
-    ),
-    "half of the conflicts": (
-        lambda proof: replace(proof, conflicts=proof.conflicts[::2]),
-        "satisfies all clauses",
-    ),
-    "more friction than is proven": (
-        lambda proof: replace(
-            proof,
-            energy_bounds=(replace(proof.energy_bounds[0], value=2 * proof.energy_bounds[0].value + 1),),
-        ),
-        "energy bound",
-    ),
-    "senses that are none": (
-        lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not the two senses of sliding of one joint",
-    ),
-    "multipliers that are no numbers": (
-        lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
-        "not finite numbers",
-    ),
-    "a condition that does not exist": (
-        lambda proof: with_conflict(proof, StaticConflict, lambda _: {"conditions": np.array([10**6])}),
-        "does not have",
-    ),
-}
-
-
-@pytest.mark.slow
-def test_the_proof_holds_before_it_is_corrupted(proven):
-    found = check(*proven)
-    assert found.faults == ()
-    assert found.reach >= 1e7
-    assert "proven" in str(found)
-
-
-@pytest.mark.parametrize("name", CORRUPTIONS)
-def test_a_corrupted_proof_is_refused(proven, name):
-    problem, proof = proven
-    corrupt, word = CORRUPTIONS[name]
-    found = check(problem, corrupt(proof))
-    assert not found.holds
-    assert word in found.faults[0]
-    assert "does NOT hold" in str(found)
-
-
-def test_a_proof_of_another_scene_is_refused(proven):
-    _, proof = proven
-    scene = mo.load(FOLDER / "stones_14_joints.toml")
-    heavier = scene.replace(blocks={"b0": {"weight": 1.2}})
-    assert not check(assemble(heavier).problem, proof).holds
-    assert not check(assemble(two_blocks()).problem, proof).holds
-
-
-def test_a_file_holds_the_proof_digit_by_digit(proven, tmp_path):
-    problem, proof = proven
-    proof.save(tmp_path / "proof.json")
-    again = Proof.load(tmp_path / "proof.json")
-    assert again.to_json() == Proof.load(tmp_path / "proof.json").to_json()
-    assert check(problem, again).holds
-    assert len(again.conflicts) == len(proof.conflicts)
-    assert again.bound == proof.bound
-    table = json.loads((tmp_path / "proof.json").read_text())
-    (tmp_path / "other.json").write_text(json.dumps(table | {"format": 0}))
-    with pytest.raises(mo.CaseError, match="not a proof of format"):
-        Proof.load(tmp_path / "other.json")
-
-
-def test_a_file_of_the_user_is_not_replaced_by_a_proof(proven, tmp_path):
-    _, proof = proven
-    path = tmp_path / "mine.json"
-    path.write_text('{"my": "data"}')
-    with pytest.raises(mo.OptionError, match="is there already"):
-        proof.save(path)
-    assert path.read_text() == '{"my": "data"}'
-    proof.save(path, force=True)
-    proof.save(path)  # a file that this package wrote
-
-
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (lambda table: table.pop("bound"), "key 'bound' is missing"),
-        (lambda table: table.update(bound="x"), "a value is wrong"),
-        (lambda table: table["static"][0].pop("p"), "a value is wrong"),
-        (lambda table: table.update(senses=[[1]]), "a value is wrong"),
-    ],
-    ids=["no bound", "text as bound", "no multipliers", "half a pair"],
-)
-def test_a_damaged_file_is_an_error_that_names_it(proven, tmp_path, damage, message):
-    table = json.loads(proven[1].to_json())
-    damage(table)
-    path = tmp_path / "damaged.json"
-    path.write_text(json.dumps(table))
-    with pytest.raises(
-        mo.CaseError, match=rf"damaged\.json: not a complete proof \({message}.*write the proof again"
-    ):
-        Proof.load(path)
-
-
-def test_what_is_no_file_of_a_proof_is_an_error_that_names_it(tmp_path):
-    (tmp_path / "text.json").write_text("proof")
-    for name in ("text.json", "missing.json", "."):
-        with pytest.raises(mo.CaseError, match=str(tmp_path / name)):
-            Proof.load(tmp_path / name)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("courses", "least"), [(4, 0.479263), (6, 0.338028)])
 def test_running_bonds_are_proven_where_global_closes_under_assumed_rates(courses, least):
@@ -465,44 +279,6 @@ def test_method_global_proves_the_same_load_factors(case):
     assert proof.bound == pytest.approx(bracket.bound, rel=2 * SETTINGS.gap)
 
 
-def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
-    """The exported text is read by the rules of DIMACS."""
-    _, proof = proven
-    lines = [line for line in proof.to_dimacs().splitlines() if not line.startswith("c")]
-    kind, form, variables, count = lines[0].split()
-    clauses = [[int(literal) for literal in line.split()] for line in lines[1:]]
-    assert (kind, form, int(variables), int(count)) == ("p", "cnf", proof.conditions, len(clauses))
-    assert all(clause[-1] == 0 and 0 not in clause[:-1] for clause in clauses)
-    with Minisat22(bootstrap_with=[clause[:-1] for clause in clauses]) as solver:
-        assert solver.solve() is False
-
-
-def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
-    """Each violated clause contradicts nothing at the load factor of the state.
-
-    The least state lies above the bound, so that it violates clauses.
-    """
-    problem, proof = proven
-    assert proof.bound < proof.load_factor
-    known = prove_least(Task(problem), None, SECONDS, 1.5 * proof.load_factor).best
-    assert known is not None
-    moving = problem.rates(known.d, problem.dilatancy) > 1e-9
-    violated = [
-        one
-        for one in proof.conflicts
-        if not any(moving[abs(literal) - 1] == (literal > 0) for literal in one.clause)
-    ]
-    assert violated
-    for one in violated:
-        if isinstance(one, StaticConflict):
-            # A negative gain contradicts no state.
-            gain = problem.dead @ one.d - problem.face_cohesion @ one.p
-            assert gain + min(0.0, known.load_factor * problem.live @ one.d) <= 1e-9
-        else:
-            assert one.load_factor <= one.weight * known.load_factor * (1 + 1e-9)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed"), [("wall", 1_590_068), pytest.param("wall", 1_590_072, marks=pytest.mark.slow)]
 )

@@ -56,7 +56,6 @@ def test_after_the_limit_the_next_phase_does_not_begin():
     check_time()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in SLOWER_TO_TEST)],

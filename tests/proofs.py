@@ -1,0 +1,26 @@
+"""Scenes with low collapse states, and proofs that are found without knowing a state."""
+
+from pathlib import Path
+
+import masonry_opt as mo
+from masonry_opt.methods.bounds.least import prove_least
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.solution.answer import Answer
+from masonry_opt.solution.proof import Proof
+
+FOLDER = Path(__file__).parent / "analysis" / "low_states"
+
+SECONDS = 120.0  #: Time limit of a search, which no test relies on.
+
+
+def associative(scene: mo.Scene) -> float:
+    return mo.solve(scene, "static").required()
+
+
+def found_from_above(scene: mo.Scene) -> tuple[Answer, Proof]:
+    """Return the least state and its proof, found from the associative load factor alone."""
+    search = prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene))
+    assert search.proof is not None, search.why
+    assert search.best is not None
+    return search.best, search.proof
