@@ -48,7 +48,6 @@ def test_a_disagreement_does_not_pass():
         assert "NOT agree" in str(mo.DualityReport(wrong)).splitlines()[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["static", pytest.param("kinematic", marks=pytest.mark.slow)])
 def test_the_newer_interior_point_agrees(formulation):
     """On a façade: HiPO gives up on smaller scenes."""

@@ -32,7 +32,6 @@ def test_a_slab_on_its_support_carries_any_axle():
         assert found.worst.solution.carries_any_load
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "method", ["static", "kinematic", "nonassociative", pytest.param("coulomb", marks=pytest.mark.slow)]
 )
@@ -194,7 +193,6 @@ def test_no_load_by_hand_is_worse_than_the_least():
 _SAMPLED = 1e-7
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("strength", "law"), [(None, ""), pytest.param(900.0, "parabola", marks=pytest.mark.slow)]
 )

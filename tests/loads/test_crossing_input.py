@@ -71,7 +71,6 @@ def test_load_cases(tmp_path):
         mo.LoadCase(name="a", live={"axles": -1.0})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", pytest.param("nonassociative", marks=pytest.mark.slow)])
 def test_all_load_cases_at_once(tmp_path, method):
     """Each as alone; at each position of the one or the other the lesser by hand, with a third that is the

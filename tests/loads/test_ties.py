@@ -117,7 +117,6 @@ def answer_beside_duality(scene):
     return mo.solve(scene)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed", "space"),
     [

@@ -112,7 +112,6 @@ def small_bridge(**joints):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "values"),
     [

@@ -395,7 +395,6 @@ ENDING = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name == "solve" else pytest.mark.slow) for name in ENDING]
 )

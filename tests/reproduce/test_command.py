@@ -38,7 +38,6 @@ def run(*arguments):
     return CliRunner().invoke(app, ["reproduce", *map(str, arguments)])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fig8", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
 def test_a_script_holds_what_is_published_and_keeps_what_it_shows(name, elsewhere):
     answer = run(name, "--out", "out")
