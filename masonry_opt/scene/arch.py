@@ -21,8 +21,8 @@ class Stone(NamedTuple):
     """Shape and weight of a voussoir, skewback or abutment, relative to the origin of the arch."""
 
     name: str
-    #: Corners of the stone. A voussoir lists the inner and outer end of its first joint, then the outer and
-    #: inner end of its second joint.
+    #: Corners of the stone in order. The corners of a voussoir are the inner and outer end of its first
+    #: joint, then the outer and inner end of its second joint.
     corners: list[Point]
     area: float | None  #: area from which the weight is computed; None for a support
     weight_at: Point | None = None  #: point of application of a voussoir's weight
@@ -47,7 +47,7 @@ class _Arc(NamedTuple):
     radius: float  #: radius of the centreline
     first: float  #: direction of the first joint
     last: float  #: direction of the last joint; for a pointed arch, the last joint of the right half
-    swept: float  #: angle between the first and the last joint; for a pointed arch, the sum of both halves
+    swept: float  #: angle of the arch in radians; for a pointed arch, the sum of the angles of both halves
 
 
 class ArchRing(AnyGenerator):
@@ -162,10 +162,9 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of each end joint, and the sense of rotation that leaves the arch there.
+        """Return the direction of each end joint, and the sign of the rotation that leaves the arch there.
 
-        The sense is 1 if a counter-clockwise rotation about the centre leaves the arch at this joint, and -1
-        otherwise.
+        The sign is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
@@ -239,7 +238,7 @@ class ArchRing(AnyGenerator):
         The points of the voussoir are relative to the centre of the arc.
         """
         inner = self._arc.inner
-        plumb = -self._arc.centre[0]  # horizontal distance of the joint at the crown from the centre
+        plumb = -self._arc.centre[0]  # horizontal distance of the crown joint from the centre of the arc
         thickness = self.thickness
         weights = self.weights
         radius = inner + thickness / 2
@@ -267,7 +266,8 @@ class ArchRing(AnyGenerator):
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
                 size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 moment += polar(size, begin - angle / 2)
-        # A stone with zero area has no centroid. It raises an error later, when the scene is assembled.
+        # A stone with zero area has no centroid. Use the middle of its back, because the scene raises an
+        # error for this stone later.
         centroid = tuple((moment / area).tolist()) if area else back
         return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
 

@@ -41,7 +41,7 @@ INSTEAD = {
     "friction_angle": "friction",
     "dilatancy_angle": "dilatancy",
 }
-#: Phrase of error messages that names the keys for the shape of a convex solid.
+#: Keys that define the shape of a convex solid, as a phrase of error messages.
 SHAPES = "'box', or 'vertices' with 'faces'"
 #: Characters that names and texts must not contain, as a character class of a regular expression: control
 #: characters, line ends, and marks that change the direction of writing.
@@ -81,7 +81,7 @@ class _Shown:
 
 
 class _RecordType(_ModelType):
-    """Metaclass of records: a call of a record class with invalid values raises CaseError.
+    """Metaclass that raises CaseError if a record is created with invalid values.
 
     If pydantic creates a record inside another record, only the outer record raises the error.
     """
@@ -97,7 +97,7 @@ class _RecordType(_ModelType):
             raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
-        """Return the attributes of a record class without pydantic's own, for help and completion."""
+        """List the attributes of a record class for tab completion, without the attributes of pydantic."""
         return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
 
 
@@ -136,7 +136,7 @@ class Record(BaseModel, metaclass=_RecordType):
         yield from ()
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy of the record with changed values, which are checked like new ones.
+        """Return a copy of the record with changed values, which are validated.
 
         A mapping changes only the keys of a record, or the records of a list, that it names. Any other value
         replaces the whole old value. A key that only one nested record has can be given without a mapping. A
@@ -151,11 +151,14 @@ class Record(BaseModel, metaclass=_RecordType):
         copied = super().model_copy(deep=deep)
         return copied.replace(**update) if update else copied
 
-    #: Override ``copy``, pydantic's older name of ``model_copy``, because it would not check the values.
+    #: Override pydantic's older method ``copy``, because it does not validate changed values.
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the changed values of the record by alias, as keyword arguments for its class."""
+        """Return the values of the record after the changes, as keyword arguments for its class.
+
+        A field that has an alias is named by its alias.
+        """
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
@@ -167,7 +170,11 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Return the changes, with each key that only a nested record has moved to that record."""
+        """Group changed keys of a nested record under the name of the nested record.
+
+        For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError if the
+        key belongs to several records or to a list of records, or if an unknown key resembles a known key.
+        """
         fields = type(self).model_fields
         own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
@@ -181,7 +188,10 @@ class Record(BaseModel, metaclass=_RecordType):
                 changes[holders[0]] = {**given, key: changes.pop(key)}
             elif holders:
                 owners = " and ".join(holders)
-                raise CaseError(f"{own_name}: '{key}' is a key of {owners}: change it there, in a mapping")
+                raise CaseError(
+                    f"{own_name}: '{key}' is a key of {owners}: "
+                    "change it in a mapping, such as joints={'friction': 0.6}"
+                )
             else:
                 near = did_you_mean(key, [*fields, *itertools.chain(*within.values())])
                 if near:

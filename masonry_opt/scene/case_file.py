@@ -70,17 +70,23 @@ class CaseFile(SceneKeys):
         plane = self._plane_content(flat)
         space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):
-            yield f"{plane} in the plane, but {space}: a scene must be either in the plane or in space"
+            yield f"a scene must be in the plane or in space, but {plane}, and {space}: remove one of the two"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return a clause that names the first generator or block in the plane, or an empty text."""
+        """Return a phrase about the first generator or block in the plane, or an empty text.
+
+        The phrase is part of an error message.
+        """
         if generators:
-            return f"{_table(generators[0])} builds blocks"
+            return f"{_table(generators[0])} builds blocks in the plane"
         names = [block.name for block in self.blocks if block.dimension == 2]
-        return f"block '{names[0]}' lies" if names else ""
+        return f"block '{names[0]}' lies in the plane" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return a clause that names the first generator, mesh or block in space, or an empty text."""
+        """Return a phrase about the first generator, mesh or block in space, or an empty text.
+
+        The phrase is part of an error message.
+        """
         if generators:
             return f"{_table(generators[0])} builds solids"
         if self.mesh:
@@ -125,7 +131,7 @@ class CaseFile(SceneKeys):
         # have their default value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         if self.mesh:
-            # import only for the few case files with a mesh
+            # import here, because few case files contain a mesh
             from masonry_opt.scene.drawings.mesh_files import read_mesh
 
             given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
@@ -191,7 +197,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
         raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")
     path = as_path(path, "a case file", ".toml", ".json")
     if path.suffix.lower() == ".toml":
-        mark = f"# {MARK}, which replaces this file without asking; delete this line to prevent that\n"
+        mark = f"# {MARK}. Saving replaces this file without asking. To prevent this, delete this line.\n"
         text = mark + toml_text(scene)
     else:
         keys = {JSON_KEY: WRITER} | scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)

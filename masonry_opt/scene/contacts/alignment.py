@@ -1,18 +1,21 @@
 """Alignment of contacts: planes that agree within the accuracy of a drawing become equal.
 
-A drawing fixes a point no better than its tolerance, and the direction of an edge no better than the
-tolerance over the edge's length. Between rigid blocks the smallest error matters. Two beds of one block that
-differ by 1e-5 are a wedge: a block that slides along the one must lift off the other. Load factors of noisy
-drawings therefore jump, by up to a factor of two. Contacts are aligned in four steps:
+In a drawing, the position of a point is uncertain by the tolerance, and the direction of an edge is uncertain
+by the tolerance divided by the length of the edge. Even small errors matter between rigid blocks. For
+example, two bed joints of a block that differ in direction by 1e-5 form a wedge: the block cannot slide along
+both joints without opening one of them. Errors of drawings can therefore change load factors by up to a
+factor of two. Contacts are aligned in four steps:
 
-1. *Planes.* Each joint has a plane (of blocks in the plane: a line), and so has each of its ends or sides.
-2. *Directions.* Planes that are parallel within their accuracies, of joints that blocks link, get one
-   direction. Directions that are square to each other within their accuracies become exactly square.
-3. *Places.* Parallel planes get one place if their distances from the origin agree within the tolerance.
-4. *Contact points* move to where their planes meet.
+1. *Planes.* A plane (for blocks in the plane: a line) is assigned to each joint, and to each end or side of
+   the joint.
+2. *Directions.* Planes that are parallel within their accuracies become exactly parallel, if blocks connect
+   their joints. Planes that are perpendicular within their accuracies become exactly perpendicular.
+3. *Positions.* Parallel planes are merged if their distances from the origin agree within the tolerance.
+4. *Contact points* are moved to the intersections of their planes.
 
-No plane turns by more than the accuracy of its own edges, so an arch of many joints stays an arch. A drawing
-whose planes agree to rounding keeps every digit. Equilibrium is exact for the contacts that result.
+No plane rotates by more than the accuracy of its own edges. Therefore the joints of an arch, which differ
+slightly in direction, remain distinct. Coordinates do not change if the planes of a drawing agree up to
+rounding. Equilibrium is exact for the aligned contacts.
 """
 
 from collections.abc import Iterator
@@ -52,7 +55,7 @@ class AlignmentSettings:
 DEFAULT_SETTINGS = AlignmentSettings()
 
 #: Smallest sine of the angle between two planes at which their intersection is computed. A smaller value
-#: amplifies errors; with a larger value, more points are moved onto one of their planes only.
+#: amplifies errors. With a larger value, more points are moved onto only one of their planes.
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 
@@ -110,7 +113,10 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the plane of each contact point, as an index of ``members``, and the points' coordinates."""
+        """Return the contact points on the group's planes: the number of the plane, and the coordinates.
+
+        The number is the index of the plane in ``members``. A point that is on several planes is repeated.
+        """
         number, points = self._planes.by_plane.where(self.members)
         return number, self._drawn.point[points]
 
@@ -134,7 +140,7 @@ class Group:
         self.turn_to(_fitted(self._normals, self._accuracy, off.T @ off))
 
     def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
-        """Store the direction, and the distance from the origin, of each plane that the alignment moves."""
+        """Store the new direction, and the new distance from the origin, of each plane that moves."""
         sign = np.sign(self._normals @ self.direction)
         turns = _across(self._normals, self.direction) <= self._accuracy
         if self.differs:
@@ -209,9 +215,8 @@ def _parallel_planes(
         sine = _across(planes.direction[members], direction)
         alike = sine <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        # The first plane of the group, the leader, is the most accurate plane. If all planes are nearly
-        # parallel to the leader, no plane can rotate by more than its accuracy, and the check below is not
-        # needed.
+        # The leader is the most accurate plane of the group. If all planes are nearly parallel to the leader,
+        # no plane can rotate by more than its accuracy, and the loop below is not needed.
         agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
         while len(members) > 1 and not agree:
             fitted = _fitted(planes.direction[members], accuracy[members])
@@ -225,12 +230,16 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for joints that a chain of blocks and parallel or perpendicular joints connects to a plane."""
+    """Search for the joints that are linked to a plane.
+
+    A joint is linked to the plane of another joint if a chain of blocks and joints connects the two joints.
+    All joints of the chain are parallel or perpendicular to the plane.
+    """
 
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
         self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
         self._crowded = settings.most_neighbours
-        # Convert arrays to lists, which are faster if few joints are linked.
+        # Lists are faster than arrays if few joints are linked.
         self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
         self._accuracies = accuracy.tolist()
 
@@ -278,14 +287,14 @@ class _Links:
         joints = of_block.item[first : first + count]
         if count > self._crowded:
             sine = _off_axes(self._drawn.normal[joints], direction)
-            # The limit is twice the required limit, because the caller tests each candidate again.
+            # Allow twice the required limit here, because the caller checks each candidate exactly.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
         candidates: list[int] = joints.tolist()
         return candidates
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
-    """Return a mask of the planes that may be parallel or perpendicular to another joint of their blocks.
+    """Return a mask of the planes to which another joint of the same block may be parallel or perpendicular.
 
     The shape is (planes,). For blocks with very many joints the result is True without a comparison.
     """
@@ -300,8 +309,8 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
             number, other = of_block.where(block[plane])
             plane = plane[number]
             sine = _off_axes(drawn.normal[other], planes.direction[plane])
-            # The limit is three times the usual limit, because both planes may be parallel, within their
-            # accuracies, to a third plane whose direction lies between the two.
+            # Allow three times the usual limit, because both planes may be parallel, within their accuracies,
+            # to a third plane with a direction in between.
             near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
             has_partner[plane[near & (other != planes.joint[plane])]] = True
     return has_partner
@@ -378,9 +387,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # The leader is the value with the most other values within the tolerance. Among several such
-            # values, choose the value whose neighbours are closest together, so that the order of the values
-            # has no effect.
+            # The leader is the value with the most other values within the tolerance. If several values have
+            # the same number of neighbours, choose the value whose neighbours are closest together. The order
+            # of the values then has no effect.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups
@@ -398,7 +407,7 @@ def _meeting_points(
     direction: np.ndarray,
     place: np.ndarray,
 ) -> np.ndarray:
-    """Return contact points moved to the intersection of their planes.
+    """Move contact points to the intersections of their planes, and return the points.
 
     A point that would move too far moves onto the plane of its joint only. ``direction`` is the unit normal
     of each plane. ``place`` is its distance from the origin, or NaN for a plane that does not move.
@@ -418,7 +427,7 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the least-squares mean direction of unit vectors, whose signs have no effect on the result.
+    """Return the least-squares mean direction of unit vectors, regardless of their signs.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
     matrix of points, in units of the tolerance, on planes to which the direction should be normal.
@@ -429,7 +438,7 @@ def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | 
 
 
 def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sine of the angle between the unit vectors of each pair, shape (rows,).
+    """Return the sine of the angle between each pair of unit vectors, shape (rows,).
 
     ``other`` is one vector for all rows, or one vector for each row.
     """
@@ -453,6 +462,6 @@ def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def square_to(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return unit vectors perpendicular to the normals, each as close as possible to the given vector."""
+    """Project vectors onto the planes perpendicular to the normals, and return unit vectors."""
     across = vectors - dots(vectors, normal)[:, None] * normal
     return across / lengths(across)[:, None]

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Angle in radians that may be due to errors of a drawing: the largest overlap of two sectors, and the
-#: largest angle between two sides that count as lying in one line.
+#: Largest angle in radians that counts as an error of the drawing. Two sectors may overlap by this angle, and
+#: two sides count as one line if the angle between them is smaller.
 _MOST_OVERLAP = 0.01
 
 
@@ -36,9 +36,9 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
     fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
-    # A separating line may have any direction from `least` to `most`, measured from the last side of `one`.
-    # Each such direction is in the empty sector after `one`, and the opposite direction is in the empty
-    # sector after `other`.
+    # A line that separates the blocks may have any direction from `least` to `most`, measured from the last
+    # side of `one`. One half of the line is in the empty sector after `one`, and the other half is in the
+    # empty sector after `other`.
     shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
     in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP
@@ -53,7 +53,7 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
 
 
 def _turn(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the counter-clockwise angles from ``start`` to ``end``, from 0 to 2π.
+    """Return the counter-clockwise angles from ``start`` to ``end``, between 0 and 2π.
 
     A clockwise angle of up to ``_MOST_OVERLAP`` is returned as a negative angle.
     """

@@ -29,7 +29,10 @@ class DrawnContacts:
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
     def planes(self) -> "ContactPlanes":
-        """Return the planes of all joints, then the perpendicular planes at their ends (in space: sides)."""
+        """Return the planes of all joints, then the planes perpendicular to the joints at their ends.
+
+        In space, the perpendicular planes contain the sides of the joints.
+        """
         points = np.arange(len(self.point))
         own = self.normal[self.joint]
         if self.point.shape[1] == 2:
@@ -95,7 +98,7 @@ class Lists:
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return list numbers and items of the chosen lists, as two arrays with one entry for each item.
+        """Return the list number and the value of each item in the chosen lists, as two arrays.
 
         A list number is the index in ``chosen`` of the list that contains the item.
         """
