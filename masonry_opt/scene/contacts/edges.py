@@ -30,7 +30,10 @@ _MOST_EDGES = 20_000_000
 
 @dataclass(frozen=True)
 class FacingEdges(sides.Facing):
-    """Segments that edges of two blocks share: parts of the bisector onto which both edges project."""
+    """Segments that edges of two blocks share.
+
+    A shared segment is the part of the bisector of two edges onto which both edges project.
+    """
 
     #: Start of each shared segment, in the direction of the first block's edge, shape (facing, 2).
     start: np.ndarray
@@ -82,7 +85,7 @@ class FacingEdges(sides.Facing):
         x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
         across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
         width = np.hypot(*np.moveaxis(across, 2, 0))
-        # Corners of edges that coincide up to rounding keep the coordinates of the drawing.
+        # Move each end to the middle between the edges, unless the edges coincide up to rounding.
         ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
         sine = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])[faces_other]
         most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
@@ -158,7 +161,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Leave out short segments at the bends of a chain of segments across a gap, because they are not joints.
+    # Leave out short segments across a gap. They occur at the bends of a chain and are not joints.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
@@ -177,7 +180,7 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the touching segments without segments that may be a corner of one of the two blocks.
+    """Leave out touching segments that may be only a corner of one of the two blocks.
 
     A segment may be a corner if its edges are not parallel, and if it is short relative to the distance
     between them; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
@@ -212,7 +215,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
 
 
 def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingEdges:
-    """Return the straight segments of a chain after simplifying its line.
+    """Simplify the line through a chain of segments, and return its straight segments.
 
     A corner is removed if it lies within the distance ``off`` of the line without this corner. ``tolerance``
     is the accuracy of the drawing.
@@ -245,7 +248,7 @@ class PlaneCorners(sides.BlockCorners):
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the places at which corners of pairs of blocks meet within the tolerance."""
+        """Return the places at which corners of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
@@ -254,7 +257,7 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts on the bisectors of the facing sides, or on both sides of a notch."""
+        """Return the contacts at coinciding corners: on bisectors of facing sides, or on sides of a notch."""
         of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
         row, angle = contact_normals(of_first, of_second)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -269,7 +272,7 @@ class PlaneCorners(sides.BlockCorners):
         before = corner - 1
         is_before = (self.tip[before] == self.point[corner]).all(axis=1) & (block[before] == block[corner])
         for row in np.flatnonzero(~is_before):
-            # The previous edge of the first corner of an outline is the last edge of the outline.
+            # For the first corner of an outline, the previous edge is the last edge of the outline.
             of_block = np.flatnonzero(block == block[corner[row]])
             ends_here = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
             before[row] = of_block[ends_here][0]
@@ -284,7 +287,7 @@ class PlaneCorners(sides.BlockCorners):
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the contacts at corners of the pairs' first blocks that lie on edges of the second blocks.
+        """Return the contacts of corners of each pair's first block on edges of its second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """

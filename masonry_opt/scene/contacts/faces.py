@@ -23,9 +23,9 @@ NARROWEST = 10
 #: larger angle to each other.
 _FACING = 0.94
 
-#: Two crossing edges form a contact only if their vectors ``SolidCorners.inwards`` differ by at least this
-#: much along the common normal of the edges. Otherwise all faces at the edges lie nearly in one plane, and
-#: the blocks do not touch from opposite sides.
+#: Smallest difference of the vectors ``SolidCorners.inwards`` of two crossing edges at which the edges form a
+#: contact, measured along their common normal. If the difference is smaller, the faces at both edges lie
+#: nearly in one plane, and the blocks do not touch from opposite sides.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that may be due to rounding alone.
@@ -34,10 +34,13 @@ _FACE_ANGLE_TOLERANCE = 1e-7
 
 @dataclass(frozen=True)
 class FacingFaces(sides.Facing):
-    """Shared polygons of faces of two blocks: parts of the bisecting plane onto which both faces project."""
+    """Polygons that faces of two blocks share.
+
+    A shared polygon is the part of the bisecting plane of two faces onto which both faces project.
+    """
 
     #: Bisecting planes of the two faces. The normal of a plane points out of the first block. The first axis
-    #: of a plane follows the first axis of the first block's face.
+    #: of a plane is as parallel as possible to the first axis of the first block's face.
     frame: Frames
     polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (facing,)
 
@@ -54,7 +57,7 @@ class FacingFaces(sides.Facing):
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return twice the area of each polygon divided by its perimeter, shape (facing,)."""
+        """Return the mean breadth of each polygon, twice its area over its perimeter, shape (facing,)."""
         return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -88,7 +91,7 @@ class FacingFaces(sides.Facing):
         return tangent, polygon, count, frame.up(flat[rotated], polygon[ring])
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the polygon with its number, shape (points,)."""
+        """Return the distance of each point from the polygon with the given index, shape (points,)."""
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
@@ -112,8 +115,8 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
-    # If the faces are near each other at any point, the base point of the second face is within `reach` of
-    # the plane of the first face: its distance from that point is at most the width of the second face.
+    # Two faces can be near each other only if the base point of the second face is within `reach` of the
+    # plane of the first face. The second term of `reach` allows for the angle between the faces.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
@@ -157,7 +160,7 @@ def _shared_polygons(
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the uncertainty of the direction of each face's plane in a drawing, in radians, shape (face,).
+    """Return the uncertainty of each face's direction in a drawing, in radians, shape (faces,).
 
     The angle is the tolerance divided by the shorter side of the smallest rectangle round the face.
     """
@@ -196,8 +199,8 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
     polygon.
     """
     opened = without_slivers(pieces, narrowest)
-    # Compare perimeters, because a narrow end may have no area. Polygons without narrow ends keep their exact
-    # coordinates.
+    # Detect narrow ends by the perimeter, because they may have no area. Polygons without narrow ends keep
+    # their exact coordinates.
     cut = shapely.length(pieces) - shapely.length(opened) > narrowest
     cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
     pieces[cut] = opened[cut]
@@ -231,8 +234,8 @@ class SolidCorners(sides.BlockCorners):
         block = outer.block[face]
         is_chosen = np.isin(block, blocks)
         tail, tip, face, block = tail[is_chosen], tip[is_chosen], face[is_chosen], block[is_chosen]
-        # Each edge belongs to two faces, and each corner to at least three. Coordinates are rounded to a grid
-        # to find repeated edges and corners.
+        # Round coordinates to a grid to find repetitions: each edge belongs to two faces, and each corner to
+        # at least three faces.
         grid, other = (np.round(ends / shapes.tolerance) for ends in (tail, tip))
         ends = np.column_stack([block, np.minimum(grid, other), np.maximum(grid, other)])
         edge, number = np.unique(first_alike(ends), return_inverse=True)
@@ -261,7 +264,7 @@ class SolidCorners(sides.BlockCorners):
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the places at which edges of pairs of blocks run along each other within the tolerance."""
+        """Return the lines along which edges of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
@@ -274,14 +277,14 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts on the bisectors of the facing faces, or on both faces of a notch."""
+        """Return the contacts at coinciding edges: on bisectors of facing faces, or on faces of a notch."""
         i, j = meetings.first, meetings.second
         along = self.direction[i]
         across = unit(self.first[i])
         axes = across, np.cross(along, across)
 
         def angles(vectors: np.ndarray) -> np.ndarray:
-            """Return the directions of vectors in the planes perpendicular to the edges, in radians."""
+            """Return the angles of vectors in the planes perpendicular to the edges, in radians."""
             return np.arctan2(dots(vectors, axes[1]), dots(vectors, axes[0]))
 
         is_parallel = (dots(along, self.direction[j]) > 0)[:, None]
@@ -301,7 +304,7 @@ class SolidCorners(sides.BlockCorners):
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts along edges of the first blocks that lie in faces of the second blocks.
+    """Return the contacts along edges of each pair's first block that lie in faces of its second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -348,7 +351,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts at corners of the first blocks that lie in faces of the second blocks.
+    """Return the contacts of corners of each pair's first block on faces of its second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -365,7 +368,7 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> To
 
 
 def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
-    """Return the points at which edges of two blocks cross between the ends of both edges."""
+    """Return the contacts at points where edges of two blocks cross."""
     tolerance = corners.shapes.tolerance
     pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges))
     length = lengths(corners.end - corners.start)
@@ -389,7 +392,7 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     touches &= np.abs(towards) > _FLAT
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
-    # At a smaller angle between the edges, errors of their directions rotate the common normal more.
+    # The smaller the angle between the edges, the more their errors rotate the common normal.
     accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
     point, normal = point[touches], (sign * normal)[touches]
     return Touches(pair[touches], point, point, normal, one[touches], accuracy[touches])

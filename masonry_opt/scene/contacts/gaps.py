@@ -28,7 +28,7 @@ class Closing(NamedTuple):
 
     @property
     def advice(self) -> str:
-        """Return the advice of messages to set the option."""
+        """Return the part of a message that advises setting the option."""
         is_tolerance = self.option == "tolerance"
         return set_tolerance(self.tolerance) if is_tolerance else set_contact_tolerance(self.tolerance)
 
@@ -83,7 +83,7 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def joining_tolerance(apart: Facing) -> float:
-    """Return the tolerance at which all given sides touch and become parallel, or 0 without sides.
+    """Return the tolerance at which all given sides touch and become parallel, or 0 if there are none.
 
     If the angle between two sides is small enough to be removed by the alignment, one of their corners is
     assumed to be inexact. The tolerance is then at least a multiple of the error of this corner.

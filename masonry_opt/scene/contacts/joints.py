@@ -42,7 +42,7 @@ _COORDINATE_ROUNDING = 64.0
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
-#: Largest width of the gap between two blocks, by the pair of the blocks' indices.
+#: Type of a table of gaps: from the indices of two blocks to the largest width of the gap between them.
 Gaps = dict[tuple[int, int], float]
 
 
@@ -91,18 +91,18 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
-    bridged: Gaps  #: gaps as wide as mortar in which the tolerance makes a joint, with their largest widths
-    #: Segments along the middle of small gaps (in space: sides of polygons in the middle of small gaps),
-    #: shape (lines, 2, 2) or (lines, 2, 3).
+    #: Gaps as wide as mortar across which the tolerance makes a joint, with their largest widths.
+    bridged: Gaps
+    #: Segments in the middle of small gaps, given by their ends, shape (lines, 2, 2) or (lines, 2, 3). In
+    #: space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Indices of pairs of blocks that touch without a contact normal and therefore have no joint: corner on
-    #: corner, in space also corner on edge or edge along edge. The list contains neither pairs that touch
-    #: where both blocks have joints, nor pairs with a small gap.
+    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint, such as
+    #: corner on corner. A pair is left out if both blocks have joints at this point, or if the pair has a
+    #: small gap or a lost joint.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
-    #: Indices of pairs of blocks with a joint at a point where their corners meet (in space: along a line
-    #: where their edges meet).
+    #: Pairs of blocks (indices) that have a joint at coinciding corners (in space: along coinciding edges).
     at_corners: list[tuple[int, int]]
 
     __repr__ = brief
@@ -169,7 +169,7 @@ class Joints:
 
 
 def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sides of rings of corners, and the index of the corner at which each side begins.
+    """Return the sides of outline rings, and the index of the corner at which each side begins.
 
     A side is given by its two ends. ``count`` is the number of corners of each ring. A ring of two corners
     has one side.
@@ -243,7 +243,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
     facing_pairs = pairs[np.concatenate([shared.pair, contacts.pair, across.pair])]
     lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
-    # Make joints at corners only for blocks whose sides do not face each other.
+    # Leave out contacts at corners if the blocks have a lost joint, or sides that face each other across a
+    # gap.
     is_lost = np.array([tuple(pair) in lost for pair in pairs[at_corners.pair].tolist()], dtype=bool)
     at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
@@ -307,7 +308,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lengths and midpoints of plane joints, recomputed where the alignment moved a joint."""
+    """Return the lengths and midpoints of the joints of a scene in the plane after alignment."""
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[after.shift > 0])
     start = after.point[np.searchsorted(joint, moved)]
@@ -319,7 +320,7 @@ def _measure_moved(
 def joint_properties(
     scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, closes_gaps: Closing
 ) -> dict[str, Any]:
-    """Return friction, cohesion, dilatancy and strength of all joints, by attribute of :class:`Joints`.
+    """Return friction, cohesion, dilatancy and strength of all joints, named as in :class:`Joints`.
 
     Raises CaseError if the two blocks of an exception do not touch. If one of the small ``gaps`` separates
     the two blocks, the message names the option that closes all small gaps.
@@ -335,13 +336,13 @@ def joint_properties(
             both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             where = f"joint between {list(exception.between)}"
-            remedy = ""
+            remedy = "Remove this entry, or correct the names of the blocks"
             if (one, other) in gaps:
                 width = rounded_up(gaps[one, other], 2)
-                remedy = f": {closes_gaps.advice} to close the gap of up to {width} between them"
+                remedy = f"The gap between them is up to {width} wide: {closes_gaps.advice} to close it"
             raise CaseError(
-                f"{scene.origin}: {where}: these blocks {why}, "
-                f"so they have no joint whose properties could be set{remedy}"
+                f"{scene.origin}: {where}: the blocks {why}, "
+                f"so they have no joint whose properties could be set. {remedy}"
             )
         for name, value in _values(exception.over(scene.joints)).items():
             properties[name][of_both] = value
@@ -363,9 +364,9 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
 
 
 def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
-    """Raise CaseError if two blocks near each other overlap by more than the contact tolerance.
+    """Raise CaseError if two blocks overlap by more than the contact tolerance.
 
-    ``near`` lists the pairs of blocks, shape (pairs, 2).
+    ``near`` lists the pairs of blocks that are near each other, shape (pairs, 2).
     """
     (low, high), (i, j) = shapes.boxes, near.T
     inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
@@ -389,10 +390,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
         joining = _closing_of_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
         is_wider = joining.option == "tolerance" and joining.tolerance > depth
-        parallel = ", which also aligns nearly parallel sides" if is_wider else ""
-        advice = f"move the blocks apart, or {joining.advice} if coordinates are inexact{parallel}"
+        parallel = " (the tolerance also aligns nearly parallel sides)" if is_wider else ""
+        advice = f"move the blocks apart; if coordinates are inexact, {joining.advice}{parallel}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice = f"move the blocks apart, or {set_contact_tolerance(depth)} if they are meant to overlap"
+        advice = f"move the blocks apart; if they are meant to overlap, {set_contact_tolerance(depth)}"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""
@@ -407,9 +408,9 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
 def _closing_of_overlaps(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
 ) -> Closing:
-    """Return the option by which overlaps up to a given depth, and small gaps, become joints.
+    """Return the option that turns small gaps, and overlaps up to a given depth, into joints.
 
-    This is the tolerance, unless it would be so large, in order to align sides, that joints are lost.
+    The option is the tolerance, unless a tolerance that aligns the sides is so large that joints are lost.
     ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
     that overlap.
     """

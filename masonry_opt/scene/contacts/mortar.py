@@ -43,25 +43,26 @@ class Bridge:
     joints: int  #: number of joints that the option adds
     blocks: int  #: number of floating blocks that the option connects to supports
     remaining: np.ndarray  #: indices of the blocks that remain without support
-    neighbour: dict[int, tuple[int, float]]  #: index of the block that each block faces, and width of the gap
+    #: For each block, the index of the block that it faces, and the width of the gap.
+    neighbour: dict[int, tuple[int, float]]
     #: True if the scene has a tolerance as large as a mortar joint, which the contact tolerance replaces.
     replaces_tolerance: bool
 
     def advice(self, scene: Scene) -> str:
-        """Return the advice of messages to set the option, with the effect of the option."""
+        """Return the part of a message that advises setting the option and describes its effect."""
         if not self.gap:
             many = counted(self.joints, "joint")
-            return f"lower 'tolerance', which is too large for {many} that connect {self._connections(scene)}"
+            return f"lower 'tolerance', which prevents {many} that would connect {self._connections(scene)}"
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
         instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
         return (
             f"{self.closing.advice}{instead}, which makes {counted(self.joints, 'joint')} "
-            f"across gaps of up to {self.gap:.3g} (widest between {one} and {other}) "
+            f"across gaps of up to {self.gap:.3g} (the widest gap is between {one} and {other}) "
             f"and connects {self._connections(scene)}"
         )
 
     def _connections(self, scene: Scene) -> str:
-        """Return a text with the number of blocks that the option connects to supports, and other blocks."""
+        """Return a text about the blocks that the option connects to supports, and the remaining blocks."""
         connected = f"{counted(self.blocks, 'block')} to supports"
         others = len(self.remaining) - 1
         if others < 0:
@@ -142,7 +143,7 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return pairs of blocks, and their sides that face each other across possible mortar but have no joint.
+    """Return near pairs of blocks, and their sides that have no joint and a gap as narrow as mortar.
 
     ``joined`` has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the
     shapes.
@@ -181,11 +182,11 @@ def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
 def lost_joints(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
 ) -> dict[tuple[int, int], float]:
-    """Return the pairs of blocks that face each other, but have no joint because the tolerance is too large.
+    """Return the pairs of blocks that have no joint because the tolerance is too large.
 
-    The sides of these pairs are shorter than about ten tolerances, and longer than a tenth of a block's
-    width. The result contains the width of the gap between the blocks of each pair, or 0 if the sides
-    coincide.
+    The blocks face each other with sides that are shorter than about ten tolerances, and longer than a tenth
+    of a block's width. The result contains the width of the gap between the blocks of each pair, or 0 if the
+    sides coincide.
     """
     if not has_large_tolerance(scene, shapes):
         return {}
@@ -205,7 +206,7 @@ def lost_joints(
 def bridged_by_tolerance(
     scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
 ) -> dict[tuple[int, int], float]:
-    """Return the pairs of blocks whose joint lies in a gap as wide as mortar, closed by the tolerance.
+    """Return the pairs of blocks between which the tolerance closes a gap as wide as mortar.
 
     Several such gaps with parallel sides are intended. The contact tolerance makes the same joints, but does
     not move corners. The result contains the width of the gap between the blocks of each pair.
@@ -251,14 +252,14 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     raise_for(
         too_thin,
         scene,
-        f"{{}} is {least:.3g} thick, which is not more than 'contact_tolerance' "
+        f"{{}} is {least:.3g} thick, but must be thicker than 'contact_tolerance' "
         f"{scene.contact_tolerance:.3g}: lower 'contact_tolerance', "
         "or draw the block and a neighbour as one block",
     )
 
 
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
-    """Return pairs of blocks, and their sides that touch or face each other across a possible mortar joint.
+    """Return near pairs of blocks, and their sides that touch or have a gap as narrow as mortar.
 
     The sides are computed with the default tolerance of lengths, because a large tolerance of the scene would
     hide some of the sides.
@@ -275,7 +276,7 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
-    """Return the tolerance of lengths of a scene, or the default tolerance if the default is smaller."""
+    """Return the tolerance of the scene or the default tolerance, whichever is smaller."""
     low, high = (corners[~scene.fixed] for corners in shapes.boxes)
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
     return min(shapes.tolerance, default)

@@ -12,8 +12,8 @@ from masonry_opt.scene.geometry import Extents, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes as shapes_in_space
 
-#: Functions for each dimension (2 or 3): compute the shapes of blocks, find sides that face each other, and
-#: find contacts at corners.
+#: For each dimension (2 or 3): functions that compute the shapes of blocks, find facing sides, and find
+#: contacts at corners.
 CONTACT_FUNCTIONS: dict[
     int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]
 ] = {
@@ -68,7 +68,7 @@ def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
 
 
 def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> Facing:
-    """Return the sides of pairs of blocks that touch, or face each other without a third block between.
+    """Return the sides of pairs of blocks that touch, or face each other with no block between them.
 
     Parameters
     ----------
@@ -108,5 +108,5 @@ def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> 
 
 
 def _search_axes(shapes: Extents) -> np.ndarray:
-    """Return the two coordinate axes along which the blocks spread most, for the use of search trees."""
+    """Return the two coordinate axes along which the blocks extend farthest, for search trees."""
     return np.argsort(np.ptp(shapes.boxes[0], axis=0))[-2:]

@@ -76,7 +76,7 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> tuple[np.ndarray, ...]:
-    """Return pairs of items, one of each block of a pair, whose bounding boxes are near each other.
+    """Return pairs of items of two blocks whose bounding boxes are near each other.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the segment or polygon ``number``, shape (points,)."""
+        """Return the distance of each point from the segment or polygon with the given index."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,7 @@ class Touches(Rows):
 
 @dataclass(frozen=True)
 class Meetings(Rows):
-    """Places at which corners of two blocks meet; in space, edges of two blocks that run along each other."""
+    """Places at which corners (in space: edges) of two blocks coincide."""
 
     pair: np.ndarray  #: number of the pair of blocks, shape (meetings,)
     first: np.ndarray  #: number of the corner (in space, edge) of the first block, shape (meetings,)
@@ -216,12 +216,12 @@ class Meetings(Rows):
 
 
 class BlockCorners(ABC):
-    """Base class of corners of blocks, with methods that find contacts at corners and along edges."""
+    """Base class that finds contacts of blocks at their corners and along their edges."""
 
     shapes: Extents
     point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
     corners: Items  #: corners with the indices of their blocks
-    met: Items  #: corners (in space: edges) at which the contact of another block's corner has no normal
+    met: Items  #: corners (in space: edges) that another block's corner can touch without a contact normal
     start: np.ndarray  #: start of each corner or edge of ``met``, shape (items, 2) or (items, 3)
     end: np.ndarray  #: end of each corner or edge of ``met``, shape (items, 2) or (items, 3)
     #: Smallest distance, relative to the tolerance, of a contact from the sides that its two blocks share. A
@@ -237,17 +237,17 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return the places at which corners of pairs of blocks meet (in space, edges run along each other).
+        """Return the places at which corners (in space: edges) of two blocks coincide.
 
         ``Meetings.pair`` is the number of the row in ``pairs``.
         """
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts where corners or edges meet, with the normals of :mod:`~.bisectors`."""
+        """Return the contacts where corners or edges coincide, with normals from :mod:`~.bisectors`."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
-        """Return the contacts at corners and edges that are away from shared sides and from each other.
+        """Return the contacts at corners and edges, except near shared sides and near other contacts.
 
         Contacts are ordered by pair, then by kind, then by decreasing length. A contact is left out if an
         earlier contact of its pair is near.
@@ -304,7 +304,7 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points near which both blocks of a pair have one of the given joints."""
+        """Return a mask of the points near which both blocks of the pair have a joint."""
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [
@@ -316,7 +316,7 @@ class BlockCorners(ABC):
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pairs of blocks that meet at a point without a contact normal, and these points.
+        """Return the pairs of blocks that meet at a point without a contact normal, and the points.
 
         A point is left out if both blocks have a joint at the point, with each other or with other blocks.
 
@@ -364,9 +364,9 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Return the distance of each point from the nearest row of ``found`` with the same key.
+    """Return the distance of each point from the nearest joint with the same key.
 
-    The shape is (points,). The distance is infinite if no row has the key of the point.
+    The shape is (points,). The distance is infinite if no joint has the key of the point.
 
     Parameters
     ----------
@@ -375,7 +375,7 @@ def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_fou
     points : ndarray, shape (points, 2) or (points, 3)
         Points.
     found : Facing or Touches
-        Lengths, polygons or contacts.
+        Joints: lengths, polygons or contacts.
     of_found : ndarray, shape (rows,)
         Key of each row of ``found``.
     """

@@ -188,5 +188,5 @@ def test_faces_bent_by_a_tenth_are_no_matter_of_tolerance() -> None:
 
 def test_a_joint_across_a_small_gap_is_refused_with_the_tolerance_that_closes_it() -> None:
     scene = scene_of(outlines("B", 0, 1e-3), None)
-    with pytest.raises(mo.CaseError, match=r"do not touch.*'tolerance'.*gap of up to 0\.001 between them"):
+    with pytest.raises(mo.CaseError, match=r"do not touch.*up to 0\.001 wide: set 'tolerance'"):
         assemble(scene)
