@@ -30,13 +30,13 @@ _RELATIVE_TOLERANCE = 1e-5
 #: (solids,).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 
-#: Key of a block, shape of the block, True for a support, and transformation of the block or None.
+#: Description of a block: its key, its shape, True for a support, and its transformation or None.
 _DrawnBlock = tuple[object, Any, bool, Any]
 
 #: Unit vectors of the axes by their names.
 _UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Keys of tables with the content of a COMPAS object. A table without any of these keys is a wrapper, which
-#: has the content at the key "data" (in old files "value").
+#: Keys of tables with the content of a COMPAS object. A table without any of these keys only wraps the
+#: content, at the key "data" (in old files "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
@@ -122,7 +122,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Return the solids projected along the given direction, or by default the only possible direction.
+    """Project the solids along the given direction, or by default along the only possible direction.
 
     Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
     """
@@ -266,7 +266,7 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
             "face, or an end face in several parts"
         )
     if not all(end.is_valid for end in ends):
-        raise ValueError("the block has a face that crosses itself")
+        raise ValueError("the block has a face that crosses itself: list the corners of the face in order")
     if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
         raise ValueError("the block is not a prism: its two end faces differ")
     return shapely.orient_polygons(ends[0])
@@ -323,7 +323,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, even if another object contains it."""
+    """Yield the blocks of an assembly, a model or a list, which may be inside another object."""
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)

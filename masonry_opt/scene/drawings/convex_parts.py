@@ -15,7 +15,8 @@ from masonry_opt.scene.space.faces import place
 #: usually has a curved surface with too many contacts for an analysis.
 _MOST_PIECES = 1000
 
-#: Distance from a plane, relative to the tolerance, up to which a face certainly lies in the plane.
+#: Reduced tolerance for merging the triangles of a convex hull to sides, relative to the tolerance. With a
+#: larger value, triangles that are not in one plane may be merged.
 _COPLANAR_SHARE = 1e-3
 
 #: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, rounding may reduce
@@ -23,7 +24,7 @@ _COPLANAR_SHARE = 1e-3
 _THINNEST = 2.0
 
 #: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.
-#: For a block with curved surfaces the fraction is about 0.03 %.
+#: A larger fraction raises an error. For a block with curved surfaces the fraction is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
 
 #: Positions of test points on the lines from the middle of a hull (0) to its corners (1). The hull replaces
@@ -51,7 +52,7 @@ class _Pieces(NamedTuple):
 
 
 def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
-    """Return a closed mesh as convex solids, which are parts of one block.
+    """Divide a closed mesh into convex solids, which are the parts of one block.
 
     1. If the corners are at most four tolerances away from the planes of the sides, the sides are flattened.
     2. A solid that is convex within the tolerance is one part.
@@ -175,7 +176,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """Return the index of the side along whose plane a cell is divided next."""
+    """Return the index of the side whose plane divides the cell next."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
     ahead, behind = high > tolerance, low < -tolerance
@@ -252,14 +253,14 @@ def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
 
     The surface of the hull is closed in spite of rounding errors of the points.
     """
-    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    # Import scipy.spatial only here, because the import takes 0.1 s and few scenes need it.
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        # Narrow triangles may have been merged to a side with an inaccurate plane. Merge fewer triangles.
+        # If narrow triangles were merged to a side with an inaccurate plane, merge fewer triangles.
         if not shape.convex(tolerance):
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):

@@ -18,11 +18,11 @@ class Defect(NamedTuple):
     #: subject and predicate of the message about several defects of one kind, such as "outlines are open"
     several: str
     remedy: str
-    place: str = ""  #: end of the description of the place, such as " at (1, 2)"
+    place: str = ""  #: position of the entity, such as " at (1, 2)"
 
 
 class Defects:
-    """Defects that were found while a drawing is read."""
+    """Defects that are found while a drawing is read."""
 
     def __init__(self) -> None:
         self._found: list[Defect] = []
@@ -51,6 +51,6 @@ def _line(defects: Sequence[Defect]) -> str:
 
 
 def near(x: float, y: float) -> str:
-    """Return a place of a drawing as the end of a description."""
+    """Return a position in a drawing as the end of a message, such as ``near (1, 2)``."""
     # Adding 0.0 turns -0.0 into 0.0.
     return f" near ({x + 0.0:g}, {y + 0.0:g})"

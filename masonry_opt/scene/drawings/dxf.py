@@ -144,7 +144,7 @@ class DxfScene(NamedTuple):
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
-    """Read a drawing as :func:`read_dxf` does, and return the scene with the use of the drawing's layers.
+    """Read a drawing as :func:`read_dxf` does, and also report which layers were read.
 
     Raises the errors, and issues the warnings, of :func:`read_dxf`.
     """
@@ -198,7 +198,7 @@ def _scale(document: Any) -> float:
 def _outlines(
     curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
 ) -> tuple[list[Outline], list[tuple[Curve, Curve]]]:
-    """Return the outlines of the blocks, and the copies that are left out, each with its original.
+    """Return the outlines of the blocks, and the omitted copies of outlines with their originals.
 
     Defects of the drawing are added to ``defects``.
     """
@@ -234,7 +234,7 @@ def _are_fixed(found: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
 
 
 def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
-    """Return the warning that copies of outlines were left out, or an empty text without copies."""
+    """Return a warning that copies of outlines were left out, or an empty text if there are no copies."""
     if not copies:
         return ""
     pairs = [f"{copy.where} repeats {original.where}" for copy, original in copies[:_MOST_COPIES]]
@@ -279,7 +279,7 @@ def _layers(document: Any) -> dict[str, tuple[str, int]]:
 
 
 def _unread_layers(document: Any, drawing: DxfDrawing) -> dict[str, str]:
-    """Return the layers that were not read, by name, with the reasons."""
+    """Return the names of the layers that were not read, each with the reason."""
     hidden = outlines.hidden_layers(document)
     omitted = {layer.casefold() for layer in drawing.without_layers}
     selected = None if drawing.layers is None else {layer.casefold() for layer in drawing.layers}
@@ -297,7 +297,7 @@ def _unread_layers(document: Any, drawing: DxfDrawing) -> dict[str, str]:
 
 
 def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
-    """Return lines that list the layers that were read, and the layers that were not, with the reasons."""
+    """Return lines of text that list the layers that were read, and the unread layers with reasons."""
     unread = _unread_layers(document, drawing)
     read = []
     for name, count in _layers(document).values():
@@ -371,7 +371,9 @@ def _blocks(
     layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
-            raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
+            raise ValueError(
+                f"'live_layers' (--live-layer): no movable block is on layer '{layer}' ({layers})"
+            )
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
         for layer, reason in unread.items():
@@ -381,8 +383,8 @@ def _blocks(
                     "show the layer in the drawing, or read it too"
                 )
         raise ValueError(
-            f"no block is a support: no block is on a layer {named}; move the supports to such a layer, "
-            "name their layer with 'fixed_layers' (--fixed-layer), or fix all blocks "
+            f"no block is a support, because no block is on a layer {named}: move the supports to such a "
+            "layer, name their layer with 'fixed_layers' (--fixed-layer), or fix all blocks "
             "that reach down to a height with 'fixed_below' (--fixed-below)"
         )
     return blocks

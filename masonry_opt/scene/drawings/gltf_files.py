@@ -103,7 +103,7 @@ class _Gltf:
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
-        # Store the nodes in reverse order, because the last entry of the queue is processed next.
+        # Store the nodes in reverse order, because the last entry of the queue is processed first.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
         visited: set[int] = set()
         while queue:
@@ -133,7 +133,9 @@ class _Gltf:
             if "indices" in primitive:
                 order = self._numbers(primitive["indices"], 1).ravel().astype(np.int64)
             if len(order) and not order.max() < len(points):
-                raise ValueError("the file is not valid glTF: a face refers to a corner that does not exist")
+                raise ValueError(
+                    "the file is not valid glTF: a face refers to a missing corner; export the blocks again"
+                )
             faces += (first + _triangles_of(order, primitive.get("mode", _TRIANGLES))).tolist()
             corners.append(points)
             first += len(points)

@@ -28,8 +28,8 @@ _UPWARDS = {".glb": "y", ".gltf": "y"}
 #: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle needs about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
-#: Axes x, y, z of the scene in the coordinates of the file, one row for each axis, by the upward axis of the
-#: file.
+#: For each upward axis of a file, the axes x, y and z of the scene in the coordinates of the file, one axis
+#: per row.
 _SCENE_AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -107,7 +107,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the meshes of all files of a folder, named by their files.
+    """Return the meshes of all files of a folder, named after their files.
 
     Files are sorted by name, with numbers in the order of their values. Files of other formats and hidden
     files are ignored. Raises ValueError, with one line for each file that cannot be read.
@@ -170,7 +170,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
         meshes = read_gltf(data, path.stem)
     if not meshes:
         raise ValueError(
-            "the file has no complete faces: export closed surfaces, in the format of the file name"
+            "the file has no complete faces: export closed surfaces in the format of the file name's ending"
         )
     for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
@@ -218,11 +218,14 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
                 layers[key] = group
         except ValueError:
             raise ValueError(
-                f"the file is not valid OBJ in line {number} ('{stones.block_name(line)[:60]}')"
+                f"the file is not valid OBJ in line {number} ('{stones.block_name(line)[:60]}'): "
+                "export the blocks again"
             ) from None
     corners = np.array(points).reshape(-1, 3)
     if any(corner >= len(corners) for mesh in faces.values() for face in mesh for corner in face):
-        raise ValueError("the file is not valid OBJ: a face refers to a corner that does not exist")
+        raise ValueError(
+            "the file is not valid OBJ: a face refers to a missing corner; export the blocks again"
+        )
     return [used(key[1] or name, corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 

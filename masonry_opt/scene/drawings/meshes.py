@@ -10,17 +10,17 @@ import shapely
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
-#: Largest distance of a face's corners from the plane of a neighbouring face with which the face is merged,
+#: Largest distance of a face's corners from the plane of a neighbouring face at which both faces are merged,
 #: relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
-#: Largest distance, relative to the tolerance, of a corner from the planes of its sides that may be an
-#: inaccuracy of the program that wrote the mesh. A larger value also flattens bends that are intended.
+#: Largest distance of a corner from the planes of its sides, relative to the tolerance, that counts as an
+#: error of the program that wrote the mesh. A larger value also flattens bends that are intended.
 _NOISE = 4.0
 
-#: Smallest singular value, relative to the largest singular value, of the matrix of normals by which a corner
-#: is moved onto the planes of its sides.
-#: With a smaller value, corners between nearly parallel planes move farther.
+#: Cutoff of small singular values, relative to the largest one, in the least-squares problem that moves a
+#: corner onto the planes of its sides. With a smaller value, corners between nearly parallel planes move
+#: farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
 #: Cosine of the largest angle between faces that may be merged to one plane side.
@@ -80,8 +80,8 @@ class MeshSolid:
     @property
     def volume(self) -> float:
         """Return the volume of the solid, whose sides must form a closed surface."""
-        # Add up the volumes of pyramids over the sides. The apex of all pyramids is in one of the sides, so
-        # that a missing side changes the result.
+        # Add up the volumes of pyramids over the sides. All pyramids have their apex in one of the sides, so
+        # a missing side changes the result.
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
@@ -122,7 +122,7 @@ class MeshSolid:
 
 
 def across(normal: np.ndarray) -> np.ndarray:
-    """Return two axes in a plane, shape (2, 3), that form a right-handed system with its unit normal."""
+    """Return two unit vectors in a plane that form a right-handed system with its normal, shape (2, 3)."""
     u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
     return np.array([u, _cross(normal, u)])
@@ -134,7 +134,10 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
-    """Return the normal of a polygon with the length of its area, shape (3,), by Newell's formula."""
+    """Return the area vector of a polygon, shape (3,), by Newell's formula.
+
+    The vector is normal to the polygon, and its length is the area of the polygon.
+    """
     around = corners[1:] - corners[0]
     return _cross(around[:-1], around[1:]).sum(axis=0) / 2
 
@@ -210,7 +213,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """For each edge, yield the indices of other edges whose bounding boxes are within the tolerance.
+    """Yield, for each edge, the indices of the other edges whose bounding boxes are near.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
@@ -287,7 +290,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Yield the pairs of faces that belong to one block, at an edge that more than two faces share.
+    """Yield the pairs of faces that belong to one block at an edge of more than two faces.
 
     Each face is paired with the first face behind it that traverses the edge in the opposite direction.
     """
@@ -299,8 +302,8 @@ def _through_inside(
         forth = edge in steps_round(faces[number])
         angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
     for number, angle in angles[True] if angles[False] else ():
-        # Coincident faces of two blocks have no volume between them. Because of the small angle, a coincident
-        # face is chosen last.
+        # Coincident faces of two blocks have no volume between them. Subtract a small angle, so that a
+        # coincident face is chosen last.
         behind = [((angle - other - _COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
         yield [number, min(behind)[1]]
 
@@ -321,7 +324,7 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
     A cluster is a set of points that are connected by distances within the tolerance.
     """
-    # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
+    # Import scipy.spatial only here, because the import takes 0.1 s and few scenes need it.
     from scipy.spatial import cKDTree
 
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
@@ -354,8 +357,8 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
         outwards = np.cross(points[face] - before, after - points[face]) @ vector
         third = np.round(np.linalg.norm(after - before, axis=1) / np.sqrt(size), 6)
         third[outwards <= 0] = np.inf
-        # If several diagonals are equally short, as in a rhombus, their positions decide, so that the choice
-        # is the same for both blocks with this face.
+        # If several diagonals are equally short, as in a rhombus, choose by their positions. Both blocks with
+        # this face then have the same triangles.
         shortest = np.flatnonzero(third == third.min())
         ends = np.minimum(before, after)[shortest] + np.maximum(before, after)[shortest]
         ear = int(shortest[np.lexsort(np.round(ends, 9).T)[0]])
@@ -431,7 +434,10 @@ class _Surface:
 
 
 def _neighbours(faces: list[list[int]]) -> list[list[int]]:
-    """Return the neighbours of each face, with which it shares an edge that no third face has."""
+    """Return the indices of the neighbours of each face.
+
+    Two faces are neighbours if they share an edge that belongs to no third face.
+    """
     neighbours: list[list[int]] = [[] for _ in faces]
     for mates in _by_edge(faces).values():
         if len(mates) == 2:
@@ -446,9 +452,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. A notched
-    # polygon that was divided into a fan has triangles outside it. They have the opposite orientation, so
-    # their edges cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. If a notched
+    # polygon was divided into a fan of triangles, some triangles are outside the polygon. Such triangles have
+    # the opposite orientation, so their edges cancel too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)
@@ -460,7 +466,10 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
 
 
 def rings_of(following: dict[int, int]) -> list[list[int]]:
-    """Return the cycles of a permutation as lists; ``following`` maps each number to the next number."""
+    """Return the cycles of a permutation as lists.
+
+    ``following`` maps each number to the next number. It is empty afterwards.
+    """
     rings = []
     while following:
         ring = [next(iter(following))]
@@ -473,7 +482,7 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
-    """Return the plane side that rings of corners bound. The largest ring is the outer ring."""
+    """Return the plane side that is bounded by rings of corners. The largest ring is the outer ring."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())

@@ -319,7 +319,7 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
         ([*NEEDED, "--along", "x"], "--along"),
         ([*NEEDED, "--fixed", "1-1"], "--fixed"),
         ([*NEEDED, "--layer", "gone"], "(--layer): layer 'gone' is empty or does not exist"),
-        ([*NEEDED, "--live-layer", "gone=1,0"], "(--live-layer): no movable block is on 'gone'"),
+        ([*NEEDED, "--live-layer", "gone=1,0"], "(--live-layer): no movable block is on layer 'gone'"),
         ([*NEEDED, "--fixed-layer", "rock"], "(--fixed-layer)"),
         ([*NEEDED, "--friction", "-1"], "'friction'"),
     ],
