@@ -70,7 +70,7 @@ class Load(Record):
             if not self.mass:
                 yield (
                     "a load with a 'group' needs 'live', 'dead' or 'mass' "
-                    "(its 'weight' belongs to the group \"weight\")"
+                    "(a 'weight' always belongs to the group \"weight\")"
                 )
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:

@@ -244,7 +244,7 @@ class Fill(Record):
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
                 yield (
-                    "'backing': the x coordinates of its 'line' lie outside the range of the 'road': "
+                    "'backing': its 'line' and the 'road' have no x coordinate in common: "
                     "give both lines in the same coordinates"
                 )
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():

@@ -128,7 +128,7 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of integers from corresponding ranges of two lists.
+    """Pair each integer of a range with each integer of the corresponding range in a second list.
 
     The results are, for each pair, the position of the two ranges in the lists, the integer from the first
     range, and the integer from the second range. The integer from the second range varies fastest.
