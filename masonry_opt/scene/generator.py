@@ -172,7 +172,7 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return a single width as a pair of equal widths, and a pair of widths unchanged."""
+    """Return a pair of widths: a single width is repeated, and a pair remains unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 

@@ -230,7 +230,7 @@ def _dotted(loc: list[Any]) -> str:
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a record by name and by alias, or only by alias for a case file."""
+    """Return the fields of a record by name and alias. For a case file, the alias replaces the name."""
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
     own = {name if by_name else field.alias or name: field for name, field in fields}
     return own | {field.alias: field for _, field in fields if field.alias}

@@ -121,7 +121,7 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the pairs of successive entries of a ring, including the pair of last and first entry."""
+    """Return the pairs of successive entries of a ring, including the last entry with the first entry."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 

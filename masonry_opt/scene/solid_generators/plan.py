@@ -272,7 +272,7 @@ class Plan(SolidGenerator):
         return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
-        """Return the straight pieces of all walls, without their crossings."""
+        """Return the straight pieces of all walls, before their crossings are computed."""
         stretches = []
         for wall in self.walls:
             before = 0.0  # length of the axis before the stretch
