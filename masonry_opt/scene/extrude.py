@@ -73,7 +73,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
 
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
-    """Return an earthquake after converting its direction to space."""
+    """Return an earthquake with its direction converted from the plane to space."""
     if quake is None:
         return None
     sideways = scene.sideways(quake.towards)
@@ -83,14 +83,14 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
 
 
 def _in_space(vector: Any, at: float = 0.0) -> Any:
-    """Convert a vector of the plane, or each vector of a tuple, to a vector in space with a given y."""
+    """Convert a plane vector (x, y), or each vector of a tuple, to the vector (x, ``at``, y) in space."""
     if isinstance(vector[0], tuple):
         return tuple(_in_space(part, at) for part in vector)
     return (vector[0], at, vector[1])
 
 
 def _joint(joint: _J, times: float) -> _J:
-    """Return the properties of a joint after multiplying its cohesion by a factor."""
+    """Return the properties of a joint with its cohesion multiplied by a factor."""
     return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
 
 
@@ -119,8 +119,8 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Use the coordinates of the scene's own corners without rounding. A corner at which two outlines cross is
-    # not a corner of the scene, so its coordinates are computed.
+    # Use the coordinates that the scene specifies, because they have no rounding errors. Coordinates are
+    # computed only for corners at which two outlines cross, which the scene does not specify.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
     return [

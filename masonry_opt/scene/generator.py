@@ -11,7 +11,7 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-#: Largest number of blocks, openings and gaps of a generator. Scenes with more blocks cannot be solved.
+#: Largest number of blocks, openings and gaps of all generators of a scene. Larger scenes cannot be solved.
 MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.
@@ -22,8 +22,8 @@ Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Length of the shortest cut stone (closer), relative to a whole stone. A stone is lengthened by up to this
-#: fraction to avoid a shorter cut stone next to it.
+#: Length of the shortest cut stone (closer), relative to a whole stone. Instead of a shorter cut stone, the
+#: stone next to it is lengthened by up to this fraction.
 CLOSER = 0.25
 
 #: Largest length, relative to a stone, that counts as a rounding error.
@@ -63,14 +63,14 @@ class AnyGenerator(Record):
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
-        """Return a block with one or several parts, whose points are relative to the generator's origin."""
+        """Return a block. The points of ``parts`` and ``keys`` are relative to the generator's origin."""
         moved = [self._moved(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         called = name if self.name is None else f"{self.name} {name}"
         return self.kind(name=called, **shape, **self._moved(keys))
 
     def _moved(self, keys: Shape) -> Shape:
-        """Return the keys of a block after moving its points to the origin of the scene."""
+        """Return the keys of a block with its points converted to the coordinates of the scene."""
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
         moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
         if "box" in keys:
@@ -96,7 +96,7 @@ class Generator(AnyGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if any(self.live) and any(self.live_per_weight):
-            yield "'live' is the old name of 'live_per_weight': give only the new name"
+            yield "'live' is the old name of 'live_per_weight': remove 'live'"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the generated blocks, with weights and live loads.
@@ -108,7 +108,7 @@ class Generator(AnyGenerator):
         raise NotImplementedError
 
     def _stone(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
-        """Return a movable block whose corners are relative to the generator's origin."""
+        """Return a movable block. The ``corners`` are relative to the generator's origin."""
         push = self.live_per_weight if any(self.live_per_weight) else self.live
         return self._block(name, {"vertices": corners}, live_per_weight=push, **keys)
 
@@ -130,7 +130,10 @@ class WeighedGenerator(Generator):
     def _weighed_stone(
         self, name: str, corners: Iterable[Point], weight: float | None, area: float, thickness: float | None
     ) -> Block:
-        """Return a movable block with a given weight, or with the generator's unit weight if it is None."""
+        """Return a movable block with the given weight.
+
+        If ``weight`` is None, the weight follows from the generator's unit weight.
+        """
         if weight is not None:
             return self._stone(name, corners, weight=weight)
         if thickness is None:
@@ -169,7 +172,7 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return a single width as a pair of equal widths, and a pair of widths unchanged."""
+    """Return a pair of widths: a single width is repeated, and a pair remains unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 

@@ -20,9 +20,8 @@ from masonry_opt.scene.scene import Scene
 #: details are ignored.
 RELATIVE_TOLERANCE = 1e-6
 
-#: Largest gap between two blocks, relative to the width of the smaller block, that is probably an error of
-#: the drawing. Overlaps up to this depth are treated in the same manner. With a larger value, warnings name
-#: more gaps.
+#: Largest gap or overlap of two blocks, relative to the width of the smaller block, that is probably an error
+#: of the drawing. With a larger value, warnings name more gaps.
 NEAR_MISS = 1e-2
 
 #: Largest gap between two blocks, relative to the contact tolerance, that is probably an error of the
@@ -30,7 +29,7 @@ NEAR_MISS = 1e-2
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
-#: messages also suggest bridging gaps that are openings.
+#: messages also recommend closing gaps that are openings.
 MORTAR = 0.35
 
 #: Allowance for curved edges that are drawn as chords, relative to the contact tolerance. The gap between two
@@ -41,23 +40,23 @@ _CHORD_ALLOWANCE = 0.05
 #: rounding.
 _GAP_ROUNDING = 1e-6
 
-#: Ratio of the recommended tolerance to the error of the corners of a drawing. With this tolerance the
-#: alignment makes joints parallel, although each of two sides in contact may deviate by the error. With a
-#: smaller value, some joints remain wedge-shaped. A larger value aligns more joints than necessary.
+#: Ratio of the recommended ``tolerance`` to the error of the corners of a drawing. With this ratio, the two
+#: sides of a joint are aligned even if both sides deviate by the error. With a smaller ratio, some joints
+#: remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Distance of a corner from the straight line between its neighbours, relative to the tolerance, up to which
-#: the corner is removed.
+#: A corner is removed if its distance from the straight line between its neighbours, relative to the
+#: tolerance, is at most this value.
 STRAIGHT = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
-    """Return the advice of messages to set ``tolerance`` to a value, rounded up to two digits."""
+    """Return a phrase for messages: the advice to set ``tolerance`` to a value, rounded up to two digits."""
     return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
 def set_contact_tolerance(gap: float) -> str:
-    """Return the advice of messages to set ``contact_tolerance`` to a value that closes a gap.
+    """Return a phrase for messages: the advice to set ``contact_tolerance`` to a value that closes a gap.
 
     The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
     """
@@ -65,7 +64,7 @@ def set_contact_tolerance(gap: float) -> str:
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the origin of the coordinates of shapes, and the tolerance of lengths.
+    """Return the origin of the shapes' coordinates, and the tolerance below which lengths are ignored.
 
     Both are computed from the movable blocks only, because supports may be much larger. ``block`` is the
     index of the block of each corner.
@@ -78,7 +77,7 @@ def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.n
 
 
 def contact_tolerance_of(scene: Scene, tolerance: float) -> float:
-    """Return the largest gap or overlap of facing sides that are in contact.
+    """Return the largest gap or overlap at which two facing sides count as in contact.
 
     The result is the tolerance of lengths, plus the contact tolerance if the scene has one, with an allowance
     for chords. The sum closes a gap that is exactly as wide as the contact tolerance in spite of rounding
@@ -103,20 +102,20 @@ class Extents(ABC):
     larger rounding errors.
     """
 
-    #: Origin of the shapes: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,).
+    #: Origin of the shapes: the middle of the movable blocks in scene coordinates, shape (2,) or (3,).
     origin: np.ndarray
     tolerance: float  #: length below which details of the scene are ignored
-    contact_tolerance: float  #: largest gap or overlap of facing sides that count as in contact
+    contact_tolerance: float  #: largest gap or overlap at which facing sides are in contact
     size: np.ndarray  #: area or volume of each block, to which ``unit_weight`` refers, shape (blocks,)
     centroid: np.ndarray  #: centroid of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
     convex: np.ndarray  #: mask of convex blocks (in space: blocks of one convex part), shape (blocks,)
-    mixed: np.ndarray  #: indices of blocks with inconsistently oriented faces; none in the plane
+    mixed: np.ndarray  #: indices of blocks with inconsistently oriented faces (empty in the plane)
 
-    #: Phrase of error messages about an overlap of two blocks.
+    #: Phrase for error messages about two overlapping blocks: "blocks A and B overlap over an area of ...".
     within: ClassVar[str] = "over an area"
-    #: Phrase of error messages about two blocks that touch but have no joint.
+    #: End of an error message about two blocks that touch but have no joint: "it meets 'A' only at ...".
     meeting: ClassVar[str] = "only at their corners, but a joint needs an edge of one of the blocks"
-    #: Phrase of messages about blocks without a joint: how the two blocks get a joint.
+    #: Remedy in error messages about two blocks that touch but have no joint.
     bearing: ClassVar[str] = "let a corner rest on an edge"
     #: Number of overlapping pairs of blocks after which the search for overlaps ends.
     enough: ClassVar[float] = np.inf
@@ -168,7 +167,7 @@ class Extents(ABC):
 
     @property
     def width(self) -> np.ndarray:
-        """Return the side of a square (in space: a cube) as large as each block, shape (blocks,)."""
+        """Return the side of a square (in space: cube) with the size of each block, shape (blocks,)."""
         return self.size ** (1 / len(self.origin))
 
     @property
@@ -254,7 +253,7 @@ def geometry(scene: Scene) -> Geometry:
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
-    # Blocks with several parts or with holes need a separate construction.
+    # Replace the outlines of blocks that have several parts or holes.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
@@ -263,8 +262,8 @@ def geometry(scene: Scene) -> Geometry:
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    flat &= ~shapely.is_empty(outlines)  # holes leave nothing of an empty outline, which is reported below
-    raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners lie on one line or in one point")
+    flat &= ~shapely.is_empty(outlines)  # an outline that holes cover raises the error below
+    raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes
     # the first corner. The lowest leftmost corner is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
@@ -290,7 +289,7 @@ def _built_up(
         if polygon.area <= tolerance**2:
             raise_for([index], scene, f"{{}} has {what} without area")
         if not polygon.is_valid:
-            raise_for([index], scene, f"{{}} has {what} that crosses itself: give its corners in order")
+            raise_for([index], scene, f"{{}} has {what} that crosses itself: list its corners in order")
         return polygon
 
     whole = shapely.union_all([ring(points, "a part") for points in block.rings])
@@ -329,7 +328,10 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
-    """Return twice the size of each shape divided by the size of its boundary, or 0 without a boundary."""
+    """Return the mean thickness of each shape: twice its area divided by its perimeter.
+
+    In space it is twice the volume divided by the surface area. A shape without a boundary has thickness 0.
+    """
     return np.divide(2 * size, boundary, out=np.zeros_like(size), where=boundary > 0)
 
 
@@ -420,7 +422,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
         tail, tip = with_closed_gaps(tail, tip, owner, shapes.contact_tolerance)
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
-    # Drop cuts that are closer than the tolerance, so that short pieces join their neighbours.
+    # Merge pieces that are shorter than the tolerance with their neighbours.
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
     middle = (at[1:] + at[:-1]) / 2
     edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
@@ -440,7 +442,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
 def with_closed_gaps(
     tail: np.ndarray, tip: np.ndarray, owner: np.ndarray, widest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return both ends of block edges, with the two ends at a gap between blocks moved to its middle.
+    """Return both ends of block edges after closing gaps: the two ends at a gap are moved to its middle.
 
     A gap lies between the start (``tail``) of an edge and the end (``tip``) of an edge of another block, if
     their distance is at most ``widest``. ``owner`` is the block of each edge.
@@ -458,7 +460,10 @@ def with_closed_gaps(
 
 
 def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the index of the highest edge below ``high`` at each abscissa, or -1 without an edge."""
+    """Return the index of the highest edge below the height ``high`` at each abscissa ``x``.
+
+    The index is -1 if there is no edge below this height.
+    """
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
     plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
@@ -466,5 +471,6 @@ def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarra
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
     rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
     highest = np.full(len(x), -1)
-    highest[number[rising]] = edge[rising]  # assign edges by rising height, so that the highest edge remains
+    # Assign the edges in ascending order of height, so that the highest edge is assigned last.
+    highest[number[rising]] = edge[rising]
     return highest

@@ -91,7 +91,7 @@ class JointDefaults(_InDegrees):
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
             yield (
                 "'dilatancy_stress' must be two increasing stresses: "
-                "dilatancy is full up to the first and zero from the second"
+                "the dilatancy is full up to the first stress and zero from the second stress"
             )
 
 

@@ -60,7 +60,7 @@ class SceneKeys(Record):
 
     @property
     def dimension(self) -> Literal[2, 3]:
-        """Return the number of coordinates of a point: 3 if the blocks are solids."""
+        """Return the number of coordinates of a point: 3 if the blocks are solids, otherwise 2."""
         return self.blocks[0].dimension if self.blocks else 2
 
     @property
@@ -77,7 +77,7 @@ class SceneKeys(Record):
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Return the unit vector perpendicular to gravity that points to a side, or towards a vector.
+        """Return the unit vector perpendicular to gravity that points left, right or along a vector.
 
         The result is None if the vector is parallel to gravity.
         """
@@ -118,7 +118,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     yield from _wrong_exceptions(scene, fixed)
     yield from _wrong_loads(scene, fixed)
     for name in repeated(group.name for group in scene.axles):
-        yield f"two groups of axles are named '{name}': rename one"
+        yield f"two groups of axles are named '{name}': rename one of them"
     yield from _wrong_fills(scene)
     yield from _wrong_struts(scene, fixed)
     if scene.tilt and scene.tilt_direction is None:
@@ -126,7 +126,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     for why in _not_tilting(scene) if scene.tilt else ():
         yield (
             "'tilt' is allowed only if all loads are weights and joints resist by friction alone, "
-            f"but {why}: remove it, or remove 'tilt'"
+            f"but {why}: remove this load or property, or remove 'tilt'"
         )
     yield from _wrong_cases(scene)
 
@@ -139,7 +139,7 @@ def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[st
     if any(fixed.values()):
         return
     if GROUND in fixed:
-        yield f"no block is fixed, not even block '{GROUND}': mark the support with 'fixed = true'"
+        yield f"no block is fixed, and '{GROUND}' is a movable block: mark the support with 'fixed = true'"
     elif not any(GROUND in strut.between for strut in (*scene.ties, *scene.props)):
         yield f"no block is fixed: mark the support with 'fixed = true', or end a tie at \"{GROUND}\""
 
@@ -161,7 +161,10 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and isinstance(scene.tilt, str) == space:
         yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
     if space and "thickness" in scene.model_fields_set:
-        yield f"'thickness' is only for scenes in the plane, but block '{first.name}' is a solid: remove it"
+        yield (
+            f"'thickness' is only for scenes in the plane, but block '{first.name}' is a solid: "
+            "remove 'thickness'"
+        )
     if space:
         yield from of_plane_alone(scene)
 
@@ -195,13 +198,13 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each wrong exception of joint properties."""
+    """Yield an error message for each mistake in the joint properties of two named blocks."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
         for name in exception.between:
             if name not in fixed:
-                yield f"{where}: no block '{name}'{did_you_mean(name, fixed)}"
+                yield f"{where}: no block is named '{name}'{did_you_mean(name, fixed)}"
         if len(pair) == 1:
             yield f"{where}: needs two different blocks"
         if pair in pairs:
@@ -214,11 +217,11 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
 
 
 def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each wrong load on a block."""
+    """Yield an error message for each mistake in the loads on blocks."""
     weighed: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
-            yield f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, fixed)}"
+            yield f"load no. {number}: no block is named '{load.block}'{did_you_mean(load.block, fixed)}"
         if fixed[load.block]:
             yield f"load no. {number}: block '{load.block}' is fixed: name a movable block instead"
         if load.weight is not None:
@@ -231,7 +234,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each wrong fill."""
+    """Yield an error message for each mistake in the fills."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity straight down, [0, -1]"
     roads = [fill.road for fill in scene.fills]
@@ -242,21 +245,21 @@ def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each wrong end of a tie or prop."""
+    """Yield an error message for each mistake in the ends of ties and props."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
             if name not in fixed and name != GROUND:
                 near = did_you_mean(name, fixed)
-                yield f"{where}: no block '{name}'{near} (\"{GROUND}\" is the fixed ground)"
+                yield f"{where}: no block is named '{name}'{near} (\"{GROUND}\" is the fixed ground)"
         if all(fixed.get(name, True) for name in strut.between):
-            yield f"{where}: both ends are fixed, so it has no effect: remove it"
+            yield f"{where} has no effect, because both ends are fixed: remove it"
         if len(strut.at[0]) != scene.dimension:
             yield f"{where}: 'at' needs points of {_POINT[scene.dimension]}"
 
 
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
-    """Yield the loads and joint properties that are not allowed in a tilted scene.
+    """Yield a clause of an error message for each load or joint property that a tilted scene must not have.
 
     If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights W rotated by
     90°. Therefore λ = tan θ if all other forces are proportional to cos θ too. Forces that do not tilt are
@@ -295,13 +298,13 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
         yield from (f"{where}: {mistake}" for mistake in _wrong_groups(scene, case, known))
     yield from _wrong_earthquakes(scene)
     if scene.tilt and (scene.load_cases or scene.earthquake):
-        yield "'tilt' is itself the live load: remove 'tilt', or the load cases and the earthquake"
+        yield "'tilt' must be the only live load: remove 'tilt', or remove the load cases and the earthquake"
     if scene.earthquake and scene.load_cases:
         yield "a scene with load cases must have 'earthquake' in a [[load_case]]: move the earthquake there"
     for live in _live_loads(scene) if scene.earthquake else ():
         yield (
-            f"'earthquake' must be the only live load, but {live} has a live load too: remove that load, "
-            "or give the earthquake in a [[load_case]], which omits other live loads by default"
+            f"'earthquake' must be the only live load, but {live} has a live load too: remove this load, "
+            "or move the earthquake to a [[load_case]], which omits other live loads by default"
         )
 
 
@@ -310,8 +313,8 @@ def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterato
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
-            near = did_you_mean(unknown[0], known) or f"; there are: {', '.join(known)}"
-            yield f"'{key}' names group '{unknown[0]}', which no load has{near}"
+            near = did_you_mean(unknown[0], known) or f"; the groups are: {', '.join(known)}"
+            yield f"'{key}' names group '{unknown[0]}', but no load has this group{near}"
     if "axles" in case.live and scene.dimension == 3:
         yield "'live' names 'axles', which are only for scenes in the plane: remove them"
 

@@ -13,7 +13,7 @@ Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
 #: Tags of the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
-#: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.
+#: Direction of an earthquake: "left" or "right" in the plane, an angle in plan in degrees, or a vector.
 Push = Annotated[
     Annotated[Literal["left", "right"], Tag("<plane>")]
     | Annotated[Number, Tag("<one>")]
@@ -70,7 +70,7 @@ class Load(Record):
             if not self.mass:
                 yield (
                     "a load with a 'group' needs 'live', 'dead' or 'mass' "
-                    "(its 'weight' belongs to the group \"weight\")"
+                    "(a 'weight' always belongs to the group \"weight\")"
                 )
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
@@ -79,7 +79,7 @@ class Load(Record):
                 yield "the load is empty: give 'live', 'dead', 'weight' or 'mass'"
 
     def gives(self, kind: Kind) -> bool:
-        """Return True if the load has a force or moment of the kind "dead" or "live"."""
+        """Return True if the load has a force or moment of the given kind, "dead" or "live"."""
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
@@ -89,7 +89,7 @@ class Load(Record):
 
 
 class EdgeLoad(Record):
-    """Distributed load along a straight line, on all free edges of movable blocks on that line.
+    """Distributed load on all free edges of movable blocks along a straight line.
 
     Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
 
@@ -210,7 +210,7 @@ class Earthquake(Record):
 
     @property
     def towards(self) -> str | tuple[float, ...]:
-        """Return the direction of the earthquake: a side of the plane, or a vector in space.
+        """Return the direction of the earthquake: "left" or "right" in the plane, or a vector in space.
 
         The vector may have a component along gravity, which has no effect.
         """
@@ -274,7 +274,7 @@ class LoadCase(Record):
             yield "the load case has no live load: give factors ('live = { live = 1 }') or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """Return the factor of a load group within the dead load or within the live load."""
+        """Return the factor of a load group in the dead load or in the live load."""
         usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, usual)
 

@@ -85,7 +85,7 @@ def wrong_values(
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the name of a record in error messages: its title or class, and its own name."""
+    """Return the name of a record in error messages: the title or name of its class, then its own name."""
     return f"{record.model_config.get('title') or record.__name__} {_name(values)}".rstrip()
 
 
@@ -106,7 +106,7 @@ def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
 
 
 def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the function, which raises OptionError for an unknown argument and suggests a similar one."""
+    """Wrap a function: an unknown argument raises OptionError, which suggests a similar name."""
     known = [name for name in keyword_arguments(function) if name != "self"]
 
     @functools.wraps(function)
@@ -134,7 +134,7 @@ def repeated(names: Iterable[str]) -> list[str]:
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the message of one mistake, after the name of its table or list entry."""
+    """Return the message about one mistake, which begins with the name of its table or list entry."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
@@ -153,7 +153,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     elif loc:
         loc[0] = next((name for name, own in record.model_fields.items() if own.alias == key), key)
     if in_file and item["type"] == "list_type" and nested and not loc:
-        return f"[{key}]: write [[{key}]], with double brackets, once for each {key}"
+        return f"[{key}] needs double brackets: write [[{key}]] once for each {key}"
     return ": ".join([*where, _sentence(item, loc, nested or record, in_file)])
 
 
@@ -197,12 +197,12 @@ def _entry(table: str, index: int, entries: Any) -> str:
 
 
 def _name(entry: Any) -> str:
-    """Return the name of a block, or the block names of a joint or load, or an empty text."""
+    """Return the text that identifies an entry: its name or the names of its blocks, or an empty text."""
     named = entry if isinstance(entry, Mapping) else {}
-    # name of the loaded block; in other tables the value of this key is not a text
+    # In a load, "block" is the name of the loaded block. In other tables its value is not a text.
     block = named.get("block")
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
-    # Test for arrays first, because they have no truth value.
+    # Test for arrays first, because the truth value of an array is ambiguous.
     return _shown(name) if not hasattr(name, "shape") and name else ""
 
 
@@ -230,7 +230,7 @@ def _dotted(loc: list[Any]) -> str:
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a record by name and by alias, or only by alias for a case file."""
+    """Return the fields of a record by name and alias. For a case file, the alias replaces the name."""
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
     own = {name if by_name else field.alias or name: field for name, field in fields}
     return own | {field.alias: field for _, field in fields if field.alias}

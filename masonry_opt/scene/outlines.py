@@ -11,8 +11,7 @@ from masonry_opt.scene.rows import steps_round
 #: have longer mitres.
 _MITRE_LIMIT = 100.0
 
-#: Sine of the largest angle by which an outline may turn inwards at a corner of a convex piece. The angle is
-#: an allowance for rounding.
+#: Sine of the largest angle by which a convex piece may turn inwards at a corner because of rounding.
 _INWARD_TOLERANCE = 1e-9
 
 #: Grid size, relative to the tolerance, to which corners are rounded if an intersection or union of polygons
@@ -49,7 +48,7 @@ def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
 
 
 def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
-    """Return the polygons after moving their outlines outwards by a distance."""
+    """Return the polygons with their outlines moved outwards by a distance."""
     return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 

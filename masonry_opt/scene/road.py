@@ -126,7 +126,7 @@ class Axles(Record):
 
     @property
     def strips(self) -> np.ndarray:
-        """Return load, start and end of each uniform load, shape (n, 3).
+        """Return the load, the start and the end of each uniform load, shape (n, 3).
 
         The loads contain the factor of the group. Start and end are distances behind the first axle.
         """
@@ -135,7 +135,7 @@ class Axles(Record):
 
     @property
     def directions(self) -> tuple[TravelDirection, ...]:
-        """Return the directions of travel to compute, which is a single direction for a symmetric group."""
+        """Return the directions of travel to compute: a single direction if the group is symmetric."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
@@ -149,7 +149,7 @@ class Axles(Record):
         if not len(strips):
             return True
         distances = self.group.distances
-        # A group without axles is mirrored about the middle of its uniform loads.
+        # The mirror axis is the middle of the axles or, without axles, the middle of the uniform loads.
         twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
         mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
         own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))
@@ -244,7 +244,7 @@ class Fill(Record):
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
                 yield (
-                    "'backing': the x coordinates of its 'line' lie outside the range of the 'road': "
+                    "'backing': its 'line' and the 'road' have no x coordinate in common: "
                     "give both lines in the same coordinates"
                 )
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
@@ -256,12 +256,15 @@ class Fill(Record):
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # This copy is not validated here: `_mistakes` checks it, so that error messages name the backing.
+        # Do not validate this copy: `_mistakes` checks it, so that error messages name the backing.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property
     def coefficients(self) -> tuple[float, float, float]:
-        """Return the coefficients K_a, K_0 = 1 - sin φ (Jaky) and m K_p of the earth pressure of a fill."""
+        """Return the active, at-rest and mobilised passive coefficients of the earth pressure of a fill.
+
+        They are K_a, K_0 = 1 - sin φ (Jaky) and m K_p, where m is ``mobilised``.
+        """
         assert self.friction_angle is not None
         assert self.mobilised is not None
         active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2

@@ -46,7 +46,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the rows of each owner, shape (count, k).
+    """Return the sum of all rows that belong to each owner, shape (count, k).
 
     ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, less than ``count``.
     """
@@ -54,7 +54,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and largest values among the rows of each owner, shape (count, k) each.
+    """Return the column minima and maxima of the rows that belong to each owner, shape (count, k) each.
 
     ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, in ascending order. Each
     owner has at least one row.
@@ -70,7 +70,7 @@ def first_alike(rows: np.ndarray) -> np.ndarray:
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the connected component of each node of a graph as an index, shape (count,).
+    """Return the index of the connected component of each node of a graph, shape (count,).
 
     The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
     ``other``.
@@ -97,15 +97,15 @@ def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) ->
     turn, contradictory : ndarray, shape (count,)
         Masks of the faces to turn, and of the faces for which no choice is consistent.
     """
-    # The graph has two nodes for each face: the face as given, and the reversed face. Its edges connect nodes
-    # whose orientations are consistent.
+    # The graph has two nodes for each face, one for each orientation. Its edges connect consistent
+    # orientations of neighbouring faces.
     together = np.where(alike, other + count, other), np.where(alike, other, other + count)
     group = linked(2 * count, np.append(one, one + count), np.append(*together))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Return the concatenation of several ranges of integers, given by first integers and lengths."""
+    """Concatenate ranges of integers that are given by their first integers and lengths."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
@@ -121,14 +121,14 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the pairs of successive entries of a ring, including the pair of last and first entry."""
+    """Return the pairs of successive entries of a ring, including the last entry with the first entry."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of integers from corresponding ranges of two lists.
+    """Pair each integer of a range with each integer of the corresponding range in a second list.
 
     The results are, for each pair, the position of the two ranges in the lists, the integer from the first
     range, and the integer from the second range. The integer from the second range varies fastest.
@@ -140,7 +140,7 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of ``sizes`` that are short enough for the combinations of a slice to fit into memory."""
+    """Yield slices of ``sizes`` such that the combinations counted in each slice fit into memory."""
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 
@@ -148,7 +148,7 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """Return the parts of the interval from ``start`` to ``end`` that no gap covers.
+    """Return the parts of the interval from ``start`` to ``end`` that are outside all gaps.
 
     The gaps can be in any order. Parts that are not longer than ``least`` are left out.
     """

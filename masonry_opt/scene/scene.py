@@ -121,7 +121,7 @@ class Scene(SceneKeys):
         try:
             if len(self.blocks) > _MOST_DRAWN_BLOCKS:
                 raise OptionError(
-                    f"the scene has more than {_MOST_DRAWN_BLOCKS} blocks; draw it with mo.draw(scene)"
+                    f"the scene has more than {_MOST_DRAWN_BLOCKS} blocks: call mo.draw(scene) to draw it"
                 )
             drawing = (
                 f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
@@ -131,7 +131,7 @@ class Scene(SceneKeys):
         return f'<pre style="white-space:pre-wrap">{escape(text)}</pre>{drawing}'
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy of the scene with changed values, which are checked like new ones.
+        """Return a copy of the scene with changed values, which are validated.
 
         The new scene has the same origin, load case and settlement of supports. A mapping changes only the
         keys of a record, or the records of a list, that it names: ``scene.replace(joints={"friction": 0.3},
@@ -163,7 +163,7 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return this scene in the load case of the scene ``other``, from which this scene was made."""
+        """Return this scene in the load case of ``other``, the scene from which this scene was made."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
@@ -174,9 +174,10 @@ class Scene(SceneKeys):
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
-                f"{self.origin}: has load cases ({', '.join(case.name for case in self.load_cases)}): "
+                f"{self.origin}: the scene has load cases "
+                f"({', '.join(case.name for case in self.load_cases)}): "
                 "choose one with 'load_case' (--load-case; in Python, scene.in_case(name)), or "
-                "compute all with 'solve' (mo.solve_cases)"
+                "compute all of them with 'solve' (mo.solve_cases)"
             )
 
     @property
@@ -214,11 +215,11 @@ class Scene(SceneKeys):
         case = self.load_case
         if case:
             return without_reference.with_load_case(case.replace(live={}, earthquake=quake))
-        # The copy is not validated: validation would refuse an earthquake together with other live loads.
+        # Do not validate the copy, because an earthquake together with other live loads would raise an error.
         return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
-        """Return the factor of a load group within the dead load or within the live load.
+        """Return the factor of a load group in the dead load or in the live load.
 
         ``kind`` selects the dead or the live load. ``given`` is the kind of load in the scene: "weight",
         "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
@@ -231,14 +232,15 @@ class Scene(SceneKeys):
 
     @property
     def factor_of_axles(self) -> float:
-        """Return the factor of moving axle loads; 0 in a load case that does not name them."""
+        """Return the factor of moving axle loads, which is 0 in a load case without axles."""
         return self.factor("live", "live", "axles")
 
     @property
     def moves_axles(self) -> bool:
-        """Return True if moving axles are a live load, in the selected load case or in any load case.
+        """Return True if moving axles are a live load in the selected load case.
 
-        Axles do not move over a tilted ground, nor in an earthquake.
+        If no load case is selected, return True if moving axles are a live load in any load case. Axles do
+        not move over a tilted ground, nor in an earthquake.
         """
         if not self.axles or self.tilt:
             return False
@@ -295,7 +297,7 @@ class Scene(SceneKeys):
 
     @property
     def called(self) -> str:
-        """Return the name of the scene in results: its case file, else its title, else ``"scene"``.
+        """Return the name of the scene in results: the path of its case file, its title or ``"scene"``.
 
         If supports have settled, their movements are added to the name.
         """
@@ -311,13 +313,16 @@ class Scene(SceneKeys):
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
-        """Return the scene with the name and the content of its case file."""
+        """Return a copy of the scene with the path, or another origin, and the content of its case file."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the scenes have equal keys, load cases and settlements, from any files."""
+        """Return True if the scenes have equal keys, load cases and settlements.
+
+        Equal scenes may be read from different files.
+        """
         same = isinstance(other, Scene) and self.load_case == other.load_case
         same = same and self.settled is other.settled  # type: ignore[attr-defined]
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

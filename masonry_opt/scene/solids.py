@@ -38,7 +38,7 @@ COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
-    """Return a value as a vector, shape (dimension,), or None if it is no vector of finite numbers."""
+    """Return a value as a vector, shape (dimension,), or None if it is not a vector of finite numbers."""
     try:
         vector = np.array(given, dtype=float)
     except (TypeError, ValueError):
@@ -165,13 +165,14 @@ def _is_solid(value: Any) -> bool:
     if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
         return True
     shape = value.get("vertices", value.get("parts"))
-    if shape is None:  # without a shape, the length of the vectors selects the type that the error describes
+    # Without a shape, use the number of components of vectors, so that the error describes the intended type.
+    if shape is None:
         return any(_numbers(value.get(key)) == 3 for key in _VECTOR_KEYS)
     return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
 
 
 def _numbers(value: Any) -> int:
-    """Return the length of the innermost list at the first place of nested lists."""
+    """Return the number of coordinates of the first point in a vector, list of points or nested list."""
     entries = _entries(value)
     for _ in range(2):
         nested = _entries(entries[0]) if entries else ()
@@ -195,7 +196,7 @@ AnyBlock = Annotated[
 def box(
     name: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], **keys: Any
 ) -> Solid:
-    """Return a rectangular block with faces perpendicular to the axes, from an interval on each axis.
+    """Return a rectangular block with edges parallel to the axes, given by an interval on each axis.
 
     ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``. Raises CaseError
     if a value is not valid.

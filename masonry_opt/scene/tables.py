@@ -35,7 +35,7 @@ _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_KEY_PARTS}}
 
 
 def as_path(path: str | Path, of: str, *ends: str) -> Path:
-    """Return a text or path as a path.
+    """Convert a text or path to a path.
 
     ``of`` describes the file in error messages. Raises CaseError if ``path`` is neither a text nor a path, or
     if it does not have one of the endings ``ends``.
@@ -70,7 +70,7 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_file(path: Path) -> Any:
-    """Return the parsed content of a ``.toml`` or ``.json`` file, whatever its type.
+    """Return the parsed content of a ``.toml`` or ``.json`` file, which may have any type.
 
     Raises CaseError as :func:`read_tables` does.
     """
@@ -85,7 +85,7 @@ def parse_file(path: Path) -> Any:
     except RecursionError:
         raise CaseError(f"{path}: the lists or tables are nested too deeply for a case file") from None
     except ValueError as error:
-        # Python refuses to convert integers with thousands of digits.
+        # Replace the message about integers with thousands of digits, which Python refuses to convert.
         why = str(error)
         if "integer string conversion" in why:
             why = "a whole number has thousands of digits"
@@ -108,7 +108,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:  # ValueError: the path has a character that no path can have
+    except (OSError, ValueError) as error:  # ValueError means that the path has an invalid character
         raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
         raise CaseError(f"{path}: this is a folder: give the path of a file")
@@ -143,7 +143,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Convert any exception that a library raises for a broken file to an error of one line."""
+    """Convert any exception that a library raises for an invalid file to an error with a one-line message."""
     try:
         yield
     except MemoryError:
@@ -176,7 +176,7 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object, given as pairs of keys and values, as a dictionary.
+    """Convert a JSON object, given as pairs of keys and values, to a dictionary.
 
     Raises ValueError if a key is given twice, because the parser would silently use the last one.
     """

@@ -133,15 +133,15 @@ class Facade(WeighedGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if self.weight is not None and self.lintel_weight is None:
-            yield "'weight' needs a 'lintel_weight' (or give 'unit_weight' in place of both)"
+            yield "'weight' needs a 'lintel_weight': add it, or give 'unit_weight' in place of both"
         if self.unit_weight is not None and self.lintel_weight is not None:
             yield "'unit_weight' determines the weight of lintels too: remove 'lintel_weight'"
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
             yield (
-                "the number of courses of a storey must be even: 'sill' + height of 'opening' + 1 (lintel) "
-                "+ 'spandrel'"
+                "a storey must have an even number of courses: "
+                "'sill', the height of 'opening' and 'spandrel' must add up to an odd number"
             )
         for door in self.doors:
             if door > self.openings[0]:
@@ -236,7 +236,7 @@ class Column(WeighedGenerator):
         bottom, top = both(self.width)
         if self.batter != "both" and bottom == top:
             yield (
-                f"'batter' makes the {self.batter} side slope, which needs two different widths: "
+                f"a 'batter' of the {self.batter} side needs two different widths: "
                 "give 'width' as [bottom, top]"
             )
 
@@ -290,6 +290,6 @@ def _built(
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
     """Yield an error message for each mistake in the lengths of a course."""
     if any(length == 0 for length in lengths):
-        yield f"{course}: a length is 0: give a positive length for a block, or a negative one for a gap"
+        yield f"{course}: a length is 0: give a positive length for a block, or a negative length for a gap"
     if all(length < 0 for length in lengths):
         yield f"{course}: the course has gaps only: give at least one positive length"

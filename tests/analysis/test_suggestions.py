@@ -33,7 +33,7 @@ def test_unknown_names_of_records():
         mo.solve(CASED, load_case="strom")
     with pytest.raises(mo.CaseError, match="'set' \"lm71\" is unknown; did you mean 'LM71'"):
         mo.Axles(name="a", set="lm71")
-    with pytest.raises(mo.CaseError, match="names group 'axels', which no load has; did you mean 'axles'"):
+    with pytest.raises(mo.CaseError, match="'axels', but no load has this group; did you mean 'axles'"):
         CASED.replace(load_cases=[mo.LoadCase(name="a", live={"axels": 1.0})])
     scene = block_on_floor().replace(axles=[mo.Axles(name="bogie", loads=[1], road=[(0, 2), (1, 2)])])
     with pytest.raises(mo.OptionError, match="no axles 'bogy'; did you mean 'bogie'"):

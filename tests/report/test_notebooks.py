@@ -36,7 +36,7 @@ def test_a_scene_of_800_blocks_is_drawn_and_a_huge_one_says_why_not():
     huge = small_wall(51, 40)
     twice = huge.blocks[0].model_copy(update={"name": "twice"})
     shown = huge.model_copy(update={"blocks": [*huge.blocks, twice]})._repr_html_()
-    assert "not drawn: the scene has more than 2000 blocks; draw it with mo.draw(scene)" in shown
+    assert "not drawn: the scene has more than 2000 blocks: call mo.draw(scene) to draw it" in shown
     assert "&lt;Scene" in shown
     assert "<img" not in shown
 

@@ -13,26 +13,25 @@ from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.rows import linked
 
-#: Largest difference in area, relative to the area, at which an outline inside another outline counts as a
-#: copy of the other outline.
+#: Largest relative difference in area at which an outline inside another outline counts as a copy. With a
+#: larger value, a hole that almost fills a block would count as a copy of the block's outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
-#: Smallest number of outlines inside a frame. With a smaller value, a block with one hole would count as a
-#: frame.
+#: Smallest number of outlines inside a frame. With the value 1, a block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
 
 class Nesting(NamedTuple):
-    """Blocks among the outlines of a drawing, and copies of outlines that were left out."""
+    """Blocks of a drawing with their holes, and outlines that were left out as copies of other outlines."""
 
     blocks: list[Outline]
-    copies: list[tuple[Curve, Curve]]  #: pairs of an outline that was left out as a copy, and its original
+    copies: list[tuple[Curve, Curve]]  #: each copy that was left out, with its original
 
 
 def outlines_with_holes(
     outlines: Sequence[Curve], is_support: Sequence[bool], tolerance: float, overlap: float, defects: Defects
 ) -> Nesting:
-    """Return the outlines that are blocks, each with its holes, and the copies that are left out.
+    """Return the blocks among the outlines, with their holes, and the outlines that are left out as copies.
 
     An outline inside another outline, apart from an overlap, is a hole in a block. An outline inside a hole
     is a block again. If the outline of a hole is drawn twice, the first outline is the hole, and the second
@@ -67,7 +66,8 @@ def outlines_with_holes(
     for label in sorted(members, key=lambda label: -area[members[label][0]]):
         equal = members[label]
         depth[label] = sum(len(kept[other]) for other in around[label])
-        # Inside a block, two equal outlines are a hole and the block that fills it.
+        # Keep two of several equal outlines inside a block: a hole and the block that fills it. Elsewhere,
+        # keep one outline.
         needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
         kept[label] = needed
         copies += [(number, needed[0]) for number in equal if number not in needed]
@@ -131,7 +131,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
 def add_frames(
     found: Sequence[Outline], is_support: Callable[[Curve], bool], is_fixed: Sequence[bool], defects: Defects
 ) -> None:
-    """Add frames around the drawing to the defects.
+    """Add a defect for each outline that is a frame around the drawing.
 
     A frame is an outline that is not on a layer of supports. At least two holes or two blocks are inside it,
     and one of these conditions is satisfied:
@@ -161,7 +161,9 @@ def add_frames(
         layer = shape.curve.layer
         remedy = f"omit the layer of the frame with 'without_layers' (--without-layer {layer})"
         if on_layer[layer] > 1:
-            remedy = f"delete the frame, or move it to a separate layer, because '{layer}' has other outlines"
+            remedy = (
+                f"delete the frame, or move it to a separate layer, because '{layer}' also has other outlines"
+            )
         mistake = f"is a frame around {len(most)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"
         defects.add(Defect(shape.curve.where, mistake, several, remedy))

@@ -28,12 +28,12 @@ _MOST_POINTS = 4000
 #: value produces more chords.
 SAGITTA = 1e-4
 
-#: Grid step to which intersections of joint lines are rounded, relative to the smallest length that is not
-#: ignored as a rounding error.
+#: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines or
+#: to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
-#: Largest distance, in grid steps, of a corner from the line through its two neighbours at which the corner
-#: is removed.
+#: A corner is removed if its distance from the line through its two neighbours is at most this number of
+#: grid steps.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.
@@ -88,7 +88,7 @@ def read_document(path: Path) -> Any:
     read_bytes(path, _LARGEST_DXF, "delete all layers except the layers of the blocks")
     with broken(
         lambda reason: CaseError(
-            f"{path}: the file is not valid DXF: {reason}; save the drawing as DXF again"
+            f"{path}: the file is not valid DXF ({reason}): save the drawing as DXF again"
         )
     ):
         document = reader.readfile(path)
@@ -102,7 +102,7 @@ def metres(document: Any) -> float | None:
 
 
 def hidden_layers(document: Any) -> dict[str, str]:
-    """Return a dict from the name of each hidden layer in lower case to the reason: "frozen" or "off"."""
+    """Return a dict that maps the lower-case name of each hidden layer to "frozen" or "off"."""
     return {
         layer.dxf.name.casefold(): "frozen" if layer.is_frozen() else "off"
         for layer in document.layers
@@ -121,7 +121,7 @@ def visible(document: Any) -> list[Any]:
 
 
 def is_ignored(entity: Any) -> bool:
-    """Return True if an entity, such as a text or a dimension, cannot be a block and is not read."""
+    """Return True if an entity is ignored because its type, such as a text, cannot be a block."""
     return entity.dxftype() in _IGNORED
 
 
@@ -211,7 +211,7 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():
         raise _UnreadableError(
-            "an entity without points, or with a coordinate that is not a finite number", "delete it"
+            "an entity that has no points or has a coordinate that is not a finite number", "delete it"
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
         raise _UnreadableError("not parallel to the xy plane of the drawing", "rotate or flatten it")
@@ -232,7 +232,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
         case "CIRCLE" | "ARC" as kind:
             start, end = (dxf.start_angle, dxf.end_angle) if kind == "ARC" else (0.0, 360.0)
             angle = (end - start) % 360 or 360.0
-            # ezdxf computes the number of chords for arcs only, so a circle is divided into two arcs.
+            # ezdxf may compute a single chord for a circle, so circles and long arcs are divided in two.
             parts = 1 if angle < 270 else 2
             count = arc_segment_count(abs(dxf.radius), math.radians(angle / parts), sagitta)
             found = entity.vertices(np.linspace(start, start + angle, min(count, _MOST_POINTS) * parts + 1))
@@ -305,7 +305,7 @@ def closed_outlines(
         if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
             outlines.append((number, curve))
             continue
-        # A copy may run in the opposite direction.
+        # The key does not depend on the direction, because a copy may run in the opposite direction.
         on_grid = np.round(curve.points / rounding) + 0.0
         key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
         if key in originals:
@@ -321,7 +321,7 @@ def closed_outlines(
 def _loops(
     curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
 ) -> list[tuple[int, Curve]]:
-    """Return the closed loops of open curves, each with the number of its first curve.
+    """Return the closed loops that open curves form, each with the number of its first curve.
 
     See :func:`closed_outlines` for the tolerances and the defects.
     """
@@ -343,8 +343,8 @@ def _loops(
     _add_open(ends, free[is_alone], partner, where, defects)
     branches = np.unique(node[~is_alone], return_index=True)[1]
     for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
-        mistake = f"meets {others} other ends of curves"
-        several = "ends of curves meet more than one other end"
+        mistake = f"touches {others} other ends of curves, but can be joined to only one"
+        several = "ends of curves touch several other ends, but can be joined to only one"
         remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate the ends")
         defects.add(Defect(where[branch // 2], mistake, several, remedy, near(*ends[branch])))
     following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
@@ -353,7 +353,7 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # A ring lists, for each curve of a loop in order, the end at which the curve begins.
+    # Each ring is a closed loop: it lists the curves in order, each by the end at which the curve begins.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
@@ -366,7 +366,7 @@ def _loops(
 def _add_open(
     ends: np.ndarray, free: np.ndarray, partner: dict[int, int], where: Sequence[str], defects: Defects
 ) -> None:
-    """Add a defect for each open chain of curves. ``free`` lists the ends that meet no other end."""
+    """Add a defect for each open chain of curves. ``free`` lists the ends without another end nearby."""
     seen = set()
     for start in free.tolist():
         if start in seen:
@@ -377,7 +377,7 @@ def _add_open(
         seen.add(end ^ 1)
         distance = np.hypot(*(ends[free] - ends[start]).T)
         gap = f", {np.sort(distance)[1]:.3g} from the nearest free end" if len(free) > 1 else ""
-        remedy = _remedy("raise 'outline_tolerance' (--outline-tolerance) above the gaps")
+        remedy = _remedy("raise 'outline_tolerance' (--outline-tolerance) to close the gaps")
         place = f"{near(*ends[start])}{gap}"
         defects.add(Defect(where[start // 2], "is open", "outlines are open", remedy, place))
 
@@ -428,8 +428,8 @@ def net_cells(
     closed = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
-            mistake = "does not enclose an opening, alone or with other lines of windows"
-            several = "lines of windows do not enclose an opening, alone or with other lines of windows"
+            mistake = "is not part of a closed outline of an opening"
+            several = "lines of windows are not part of a closed outline of an opening"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
             defects.add(Defect(window.where, mistake, several, remedy))
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))

@@ -33,12 +33,12 @@ SUPPORT_WORDS = ("fixed", "support")
 #: Largest number of decimal places that is tested to detect rounded coordinates.
 _MOST_DECIMALS = 7
 
-#: Thickness of the slab that replaces a support without thickness, relative to the square root of its area.
+#: Thickness of the slab that replaces a single-face support, relative to the square root of the face's area.
 _SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
-    """Values for all blocks and joints that a drawing does not contain, so that the user specifies them."""
+    """Values for blocks and joints that the user specifies because a drawing does not contain them."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -77,7 +77,7 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError whose lines begin with the text ``what``.
+    """Convert a ValueError to a CaseError, and begin each line of the message with ``what``.
 
     ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
     """
@@ -94,7 +94,7 @@ def naming(what: str) -> Iterator[None]:
 
 
 def refuse(mistakes: Sequence[str]) -> None:
-    """Raise ValueError if there are mistakes, with one line for each of the first mistakes."""
+    """Raise ValueError with a list of the first mistakes, one per line, if there are any mistakes."""
     if not mistakes:
         return
     lines = list(mistakes[:_MOST_LINES])
@@ -169,7 +169,10 @@ class SolidDrawing(Drawing):
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """Return the solid of a mesh. Raises ValueError if it is open or needs too many convex parts."""
+        """Return the solid of a mesh.
+
+        Raises ValueError if the mesh is open or needs too many convex parts.
+        """
         refuse_holes(mesh, tolerance)
         parts = convex_solids(mesh, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
@@ -212,7 +215,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
-    """Return a slab that replaces a support with a single face, on the side away from movable blocks."""
+    """Return the slab for a support drawn as a single face, on the side away from the movable blocks."""
     (ring,) = mesh.faces
     top = mesh.points[ring]
     area = area_vector(top)

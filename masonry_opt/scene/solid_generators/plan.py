@@ -17,7 +17,7 @@ from masonry_opt.scene.solids import Solid
 #: Length, relative to the length of a block, below which a distance counts as zero.
 _ZERO_LENGTH_TOLERANCE = 1e-6
 
-#: Distance between wall axes, relative to the size of the plan, below which the axes count as touching.
+#: Largest distance at which two wall axes count as touching, relative to the size of the plan.
 _AXIS_TOLERANCE = 1e-9
 
 #: Start and end of a piece of a wall, as coordinates along the wall.
@@ -25,7 +25,7 @@ _Run = tuple[float, float]
 
 
 class Opening(Record):
-    """A door or window in a wall, under a lintel one course high through the whole thickness of the wall.
+    """A door or window in a wall. Its lintel is one course high and as thick as the wall.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class WallCrossing(NamedTuple):
 
     @property
     def middles(self) -> list[float]:
-        """Return the positions of the middle lines of the other wall's leaves along the stretch."""
+        """Return the positions along the stretch of the middle lines of the other wall's leaves."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
@@ -98,8 +98,10 @@ class WallStretch(NamedTuple):
     wall: PlanWall  #: wall to which the stretch belongs
     along: int  #: direction of the stretch: 0 for x, 1 for y
     line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
-    start: float  #: coordinate of the first end along the axis; at a corner, the outer face of the other wall
-    end: float  #: coordinate of the second end along the axis; at a corner, the outer face of the other wall
+    #: Smaller coordinate of the ends along the axis. An end at a corner is at the other wall's outer face.
+    start: float
+    #: Larger coordinate of the ends along the axis. An end at a corner is at the other wall's outer face.
+    end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
     #: Openings of the wall. After the crossings have been computed, openings outside the stretch or at
@@ -115,7 +117,7 @@ class WallStretch(NamedTuple):
 
     @property
     def bounds(self) -> tuple[_Run, _Run]:
-        """Return the smallest and largest x, and the smallest and largest y."""
+        """Return the smallest and largest x of the stretch, and its smallest and largest y."""
         along = self.start, self.end
         return (self.faces, along) if self.along else (along, self.faces)
 
@@ -139,7 +141,7 @@ class WallStretch(NamedTuple):
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the start and end of each piece of a course that is filled with blocks.
+        """Return the start and end of each piece of a course between interruptions.
 
         Walls that pass through the stretch, openings and lintels interrupt the course.
         """
@@ -212,10 +214,13 @@ class Plan(SolidGenerator):
                     f"no. {oblique[0]} and the next point: draw all parts of the axis along x or y"
                 )
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
-                yield f"wall '{wall.name}': its 'axis' has a point without a right angle: remove the point"
+                yield (
+                    f"wall '{wall.name}': its 'axis' does not turn by 90° at one of its points: "
+                    "remove this point"
+                )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield an error message for each opening that overlaps another or does not fit into its wall."""
+        """Yield an error message for each opening that overlaps another opening or does not fit the wall."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -229,8 +234,8 @@ class Plan(SolidGenerator):
                     )
                 elif (wall.name, number) not in valid:
                     yield (
-                        f"{where}: with its lintel, the opening extends beyond the wall or into a crossing "
-                        "wall: move it, or reduce its 'width' or 'bearing'"
+                        f"{where}: the opening or its lintel extends beyond the wall or into a crossing "
+                        "wall: move the opening, or reduce its 'width' or 'bearing'"
                     )
         for stretch in stretches:
             for a, b in combinations(stretch.holes, 2):
@@ -267,7 +272,7 @@ class Plan(SolidGenerator):
         return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
-        """Return the straight pieces of all walls, without their crossings."""
+        """Return the straight pieces of all walls, before their crossings are computed."""
         stretches = []
         for wall in self.walls:
             before = 0.0  # length of the axis before the stretch
@@ -283,7 +288,7 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Yield the openings of a wall, with positions measured along one stretch.
+        """Yield the openings of a wall, with their positions along one of its stretches.
 
         Distances along the wall's axis begin at ``origin``. They increase along the stretch if the sign is 1,
         and decrease if the sign is −1.
@@ -310,8 +315,8 @@ class Plan(SolidGenerator):
             if apart or one.along == other.along:
                 continue  # the axes neither cross nor touch
             ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
-            # In a butted bond, a wall that ends is butted against a wall that continues; if both end or both
-            # continue, the second wall is butted against the first.
+            # In a butted bond, a wall that ends is built against a wall that continues. If both end or both
+            # continue, the second wall is built against the first.
             through = i < j if ends[0] == ends[1] else ends[1]
             passes = (through, through) if self.bond == "butted" else (i < j, i > j)
             found[i].append(WallCrossing(*other.faces, other.wall.leaves, other.courses, passes))
@@ -351,15 +356,15 @@ class Plan(SolidGenerator):
         return built
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """Return the blocks of a stretch in one course: extents along the wall and across the wall."""
+        """Return the blocks of one course of a stretch, each as its extents along and across the wall."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every second course begins with half a block. In a toothed bond, these are the courses in which
-            # this wall passes through the other wall.
+            # Every second course begins with half a block. After a crossing in a toothed bond, a course
+            # continues with half a block if this wall passes through the other wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

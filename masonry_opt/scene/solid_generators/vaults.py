@@ -56,9 +56,9 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 1`` and ``abutment 2``.
         """
         built = []
-        # Row number of each stone. In a running bond, joints are offset by half a stone in rows with odd
-        # numbers. Skewbacks have numbers of other parity than the adjacent voussoirs. The last two entries
-        # are the abutments, which are not divided into stones.
+        # Row number of each stone. In a running bond, the joints of rows with odd numbers are offset by half
+        # a stone. The skewback next to a voussoir with an even number has an odd number, and vice versa. The
+        # last two entries are the abutments, which are not divided into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -134,7 +134,7 @@ class Groin(SolidGenerator):
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones, ordered by corner of the vault and by course upwards, then the abutments.
+        """Return the stones, corner by corner and in each corner course by course, and then the abutments.
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
@@ -158,7 +158,7 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Return the sections of voussoirs in the right half of the arch, upwards, and of the abutment."""
+        """Return the cross-sections of the courses from the bottom to the crown, and then of the abutment."""
         arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
@@ -175,14 +175,14 @@ class Groin(SolidGenerator):
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
 ) -> Shape:
-    """Return the shape of a piece of a course along x or y that ends at ``end``.
+    """Return the shape of a piece of a course in the barrel along x or y.
 
-    The piece begins at ``start``, or at the groin if ``start`` is None. ``signs`` are the signs of x and y in
-    the piece's corner of the vault.
+    The piece begins at ``start``, or at the groin if ``start`` is None, and ends at ``end``. ``signs`` are
+    the signs of x and y in the piece's corner of the vault.
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of the section at position ``at`` along the barrel, or on the groin if None."""
+        """Return the corners of the section at ``at`` along the barrel, or on the groin if ``at`` is None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -240,7 +240,7 @@ class Dome(SolidGenerator):
 
     @property
     def _sectors(self) -> int:
-        """Return the number of sectors into which the meridians through stone corners divide a ring."""
+        """Return the number of sectors of a ring, which the meridians through corners of stones bound."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:

@@ -107,13 +107,13 @@ class Surfaces:
             others = f"{more} other faces have" if more else "no other face has"
             why = f"{{}} has an edge from {start} to {end} that {others}: each edge must belong to two faces"
             self.refuse(int(self.face[wrong[0]]), why)
-        # Each edge begins at one corner in each of its two faces.
+        # Find the two corners at which each edge begins: one corner in each of its two faces.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
         one, other = self.face[corners_of_edge].T
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
         turn, contradictory = turned(len(self.part), one, other, same_direction)
         if contradictory.any():
-            why = "{} is part of a surface without inside and outside: define the faces of a solid"
+            why = "{} is part of a surface that has no inside and outside: define the faces of a solid"
             self.refuse(int(contradictory.argmax()), why)
         mixed = np.unique(self.block[self.part[one[same_direction]]])
         return replace(self, mixed=mixed).reversed(turn)
@@ -265,7 +265,7 @@ def _leading_faces(
     geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
     tolerance: float,
 ) -> np.ndarray:
-    """Return the index of the face whose plane each face shares, or -1 for faces without area.
+    """Return, for each face, the index of the face that determines its plane, or -1 if it has no area.
 
     In each round, the largest remaining face of each block determines a plane, and all remaining faces of the
     block in this plane share it.
@@ -293,8 +293,8 @@ def _leading_faces(
         is_first = np.diff(block[remaining], prepend=-1) != 0
         largest = remaining[is_first][np.cumsum(is_first) - 1]
         within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
-        # Two opposite faces at a thin end of a part may be within the tolerance of each other, but are in two
-        # planes.
+        # Two opposite faces at a thin end of a part do not share a plane, even if their distance is at most
+        # the tolerance.
         opposite = dots(normal[remaining], normal[largest]) < 0
         within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
         candidate, plane = remaining[within], largest[within]
@@ -312,7 +312,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return the largest distance of each face's part beyond the plane of another face, shape (faces,).
+    """Return how far the part of each face extends beyond the plane of another face, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
 
@@ -340,7 +340,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return polygons, with hulls in place of polygons that cross themselves only because of rounding.
+    """Replace polygons that cross themselves only because of rounding by their convex hulls.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """
@@ -376,8 +376,8 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
             union = shapely.union_all(own, grid_size=grid)
         merged[index] = union
     merged[count > 1] = outlines.without_slivers(merged[count > 1], -tolerance)
-    # Where two parts of a block meet, a plane has faces with both orientations. Remove their common area,
-    # which is inside the block.
+    # At the contact of two parts of a block, a plane has faces with both orientations. Remove their common
+    # area, which is inside the block.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
         both = merged[index : index + 2]
         outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)

@@ -40,7 +40,7 @@ class ConvexParts:
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: FacePlanes) -> "ConvexParts":
-        """Return the parts that the given surfaces bound. The parts are assumed to be convex."""
+        """Return the parts that are bounded by the given surfaces. The parts are assumed to be convex."""
         vertex, corner = np.unique(surfaces.vertex, return_index=True)
         # Vertices and faces are numbered part by part, so ``of_point`` is in ascending order.
         points, of_point = surfaces.points[vertex], surfaces.part[surfaces.face[corner]]
@@ -57,7 +57,7 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and largest heights of parts over planes of other parts, shape (pairs,) each.
+        """Return the least and largest heights of parts above planes of other parts, shape (pairs,) each.
 
         Parameters
         ----------
@@ -148,8 +148,8 @@ class Shapes(Extents):
 
     within = "in a volume"
     meeting = "only along edges or at corners, but a joint needs a face of one of the blocks"
-    bearing = "cut one of them to a narrow face there"
-    enough = 100  # each overlap needs the solution of a linear program
+    bearing = "cut one of the blocks there to form a narrow face"
+    enough = 100  # end the search early, because each overlap needs the solution of a linear program
 
     __repr__ = brief
 
@@ -168,7 +168,7 @@ class Shapes(Extents):
         return np.array(distances, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return a lower bound of the distance of a point from a block, which is not positive inside it.
+        """Return a lower bound on the distance of a point from a block: 0 or less if the point is inside.
 
         The bound of a convex part is the largest height of the point above a plane of the part. The bound of
         the block is the smallest bound of its parts.
@@ -224,7 +224,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the index of each pair of blocks that overlap, with the overlap of two of their parts."""
+        """Yield, for each two overlapping parts, the index of their pair of blocks and their overlap."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
@@ -337,5 +337,5 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
             [block],
             scene,
             f"the parts no. {numbers} of {{}} overlap in a volume of {common.size:.6g} "
-            f"near {where}, {common.depth:.3g} deep: move the parts apart",
+            f"and by a depth of {common.depth:.3g} near {where}: move the parts apart",
         )

@@ -171,7 +171,7 @@ WRONG_CASES = {
     "one coordinate": ("[1, 1]", "[1]", ["vertices[2]", "two numbers"]),
     "joint of one block": ("", '[[joint]]\nbetween = ["A"]', ["'between'", "names of two blocks"]),
     "tie with one end": ("", TIE, ["'at'", "two entries"]),
-    "joint of unknown block": ("", JOINT.format("bas"), ["no block 'bas'", "did you mean 'base'"]),
+    "joint of unknown block": ("", JOINT.format("bas"), ["no block is named 'bas'", "did you mean 'base'"]),
     "stresses of a joint that fall": ("", FALLS, ["joint between ['A', 'base']", "'dilatancy_stress'"]),
     "no block": (GOOD, "[joints]\nfriction = 0.5", ["no block"]),
     "empty": (GOOD, "", ["[joints]", "missing"]),

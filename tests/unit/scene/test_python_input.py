@@ -186,7 +186,7 @@ def test_a_scene_with_other_values_is_solved_with_these(keys, load_factor):
         (BLOCK, {"friction": -1.0}, "joints.friction"),
         (BLOCK, {"joints": {"dilatancy": 0.5}}, "must not exceed"),
         (BLOCK, {"tolerance": -1}, "'tolerance'"),
-        (BLOCK, {"joint": [mo.Joint(between=("A", "B"), friction=1)]}, "no block 'B'"),
+        (BLOCK, {"joint": [mo.Joint(between=("A", "B"), friction=1)]}, "no block is named 'B'"),
         (BLOCK, {"load": [mo.Load(block="A", live=(1, 0, 0))]}, "two numbers"),
         (BLOCK, {"blocks": BLOCK.blocks[:1]}, "no block is fixed"),
         (BLOCK, {"blocks": {"A": {"weigth": 3}}}, "Block 'A'.*did you mean 'weight'"),

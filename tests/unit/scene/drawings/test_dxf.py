@@ -211,7 +211,7 @@ def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose,
     assert sorted(contacts_of(scene).extent) == pytest.approx(lengths, abs=2 * loose + 2e-6)
     # What nothing says is not guessed: both stones' ends lie within the tolerance.
     if loose:
-        with pytest.raises(mo.CaseError, match=r"ends of curves meet .* \(LINE \w+ on layer '0'"):
+        with pytest.raises(mo.CaseError, match=r"ends of curves touch .* \(LINE \w+ on layer '0'"):
             read(path, tolerance=0.0025)
 
 

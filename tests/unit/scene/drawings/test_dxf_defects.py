@@ -122,7 +122,7 @@ def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, s
 def test_a_frame_on_the_layer_of_the_stones_must_be_deleted(tmp_path):
     frame = "", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
     path = drawn(tmp_path / "a.dxf", frame, FLOOR, brick(0, 0))
-    with pytest.raises(mo.CaseError, match=r"is a frame .*delete the frame.*'stones' has other outlines"):
+    with pytest.raises(mo.CaseError, match=r"is a frame .*delete the frame.*'stones' also has other"):
         mo.read_dxf(path, **GIVEN)
 
 

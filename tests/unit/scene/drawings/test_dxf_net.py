@@ -83,7 +83,7 @@ def test_lines_of_windows_that_enclose_none_are_no_stone_in_silence(sheet):
         space.add_lwpolyline([(1, 0), (1, 0.2), (1.2, 0.2), (1.2, 0)], dxfattribs={"layer": "Doors"})
 
     path = sheet(make, floor=False)
-    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE \w+ on layer 'Doors' does not enclose an opening"):
+    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE \w+ on layer 'Doors' is not part of a closed"):
         read(path, net=True)
     with pytest.raises(mo.OptionError, match=r"'window_layers' \(--window-layer\) .*--net"):
         read(path, window_layers=["Doors"])

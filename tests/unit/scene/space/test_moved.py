@@ -261,7 +261,10 @@ NO_SOLIDS = {
     "not flat": (LIFTED, ["face no. 2 ", "0.01 away", "'tolerance'"]),
     "no volume": (cube(lambda at, faces: (at * [1, 1, 1e-9], faces)), ["volume"]),
     "not convex": (scene(solid("A", *U), FLOOR), ["0.8 ", "'parts'"]),
-    "parts that overlap": (scene(PARTS, FLOOR), ["no. 1 and 2 ", "0.5 near (0.75, 0.5, 0.5)", "0.5 deep"]),
+    "parts that overlap": (
+        scene(PARTS, FLOOR),
+        ["no. 1 and 2 ", "a volume of 0.5 ", "a depth of 0.5 near (0.75, 0.5, 0.5)"],
+    ),
     "no inside": (scene(solid("A", LOOSE, RING), FLOOR), ["face no. ", "inside"]),
 }
 
