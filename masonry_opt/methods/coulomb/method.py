@@ -86,7 +86,7 @@ class CoulombOptions(Options):
     def _is_a_result(cls, start: Any) -> Any:
         if start is None or isinstance(start, Solution):
             return start
-        raise ValueError("must be a result of mo.solve(scene), which only Python can pass")
+        raise ValueError("must be a result of mo.solve(scene), which can be passed only in Python")
 
 
 def coulomb(task: Task) -> Solution:
