@@ -133,7 +133,7 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if the products of all forces in a static row with a joint's velocities have variables.
+        """Return True if all products of a static row's forces and a joint's velocities have variables.
 
         The joint is that to which ``rate`` belongs.
         """
@@ -142,7 +142,7 @@ class PyomoProducts:
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return constraints: each product of two linear forms is 0 or, if passed, at least ``least``."""
+        """Constrain each product of two linear forms to be 0, or at least ``least`` if it is passed."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)

@@ -67,7 +67,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Return a state with its certificate for associative flow, or None if there is no state."""
+        """Certify a state for associative flow. Return None if there is no state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}

@@ -169,7 +169,7 @@ class HowToSolve:
                     f"method '{method.name}' has no option '{option}'{self._instead(option, known)}"
                 )
         try:
-            # An option can be a result, of which the method needs only the ``solution``.
+            # If an option is a result, pass only its ``solution`` to the method.
             values = {name: getattr(value, "solution", value) for name, value in given.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from masonry_opt.errors import OptionError
 
-_CHECK = "check"  #: Key, in the metadata of a field, of the check of its numbers.
+_CHECK = "check"  #: Metadata key of a field for the check of its numbers.
 
 
 @dataclass(frozen=True)

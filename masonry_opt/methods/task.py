@@ -78,8 +78,8 @@ class Method:
     seeks_lowest: bool = False
     begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers
-    #: Properties of scenes that the method does not support. Values are "dilatancy" (falls with stress),
-    #: "strength" (limited), "forces" (limited, such as ties) and "space".
+    #: Properties of scenes that the method does not support: "dilatancy" that falls with stress, joints of
+    #: limited "strength", limited "forces" such as ties, and scenes in "space".
     refuses: frozenset[str] = frozenset()
 
     @property

@@ -73,7 +73,7 @@ class Refutation:
 
 
 class Theory(ABC):
-    """Base class of a linear program, of statics or of kinematics, that can fix chosen yield conditions."""
+    """Base class of the two linear programs of a proof, in which chosen yield conditions can be fixed."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -90,12 +90,12 @@ class Theory(ABC):
         self._restricted = np.zeros(scaled.problem.faces, dtype=bool)
 
     def _solve(self) -> Verdict:
-        """Solve the linear program within the time limit of one program."""
+        """Solve the linear program within its time limit."""
         return self._session.solve(self._settings.longest_program)
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Fix the marked conditions (faces,), at yield in statics or at rest in kinematics.
+        """Fix the marked conditions (faces,): at yield in statics, at rest in kinematics.
 
         All other conditions are released.
         """

@@ -15,7 +15,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return the reason why no proof is possible for a problem, or an empty string."""
+    """Return why no proof is possible for a problem. The text is empty if a proof is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
@@ -94,7 +94,7 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor at which the search starts downwards, or None if no upper bound is known."""
+    """Return the load factor below which the search begins, or None if no upper bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
@@ -104,7 +104,7 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
 
 
 def _without_range(start: float | None) -> str:
-    """Return the reason why no search below a load factor is possible, or an empty string."""
+    """Return why no search below a load factor is possible. The text is empty if a search is possible."""
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
     if start <= ZERO:

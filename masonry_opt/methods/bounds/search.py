@@ -55,7 +55,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: lowest load factor of all known exact states
-        self.best: Answer | None = None  #: exact state of lowest λ from this search
+        self.best: Answer | None = None  #: lowest exact state that this search has found
         self.highest = bound_below(known, settings)  #: load factor up to which the proof excludes states
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
@@ -68,7 +68,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._values = np.zeros(task.problem.faces, dtype=int)
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
-        self._clause: list[int] | None = None  # learned clause that waits for the SAT solver
+        self._clause: list[int] | None = None  # learned clause, not yet passed to the SAT solver
         self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
         # Rates and velocities of the last feasible mechanism.
         self._motion: tuple[np.ndarray, np.ndarray] | None = None
@@ -76,7 +76,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._stopped: BaseException | None = None
 
     def run(self, ends: float, more: int) -> None:
-        """Search until no assignment of the yield conditions satisfies all clauses, which is the proof.
+        """Search until the learned clauses exclude all assignments of the yield conditions.
 
         The search stops when ``time.perf_counter`` reaches ``ends``, or after ``more`` linear programs, and
         then raises ConflictSearchTimeout. A further call continues the search with its learned clauses.
@@ -176,7 +176,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._clause is None
 
     def has_clause(self) -> bool:
-        """Return True if a learned clause waits for the SAT solver."""
+        """Return True if a learned clause must still be passed to the SAT solver."""
         return self._clause is not None
 
     def add_clause(self) -> list[int]:
@@ -269,7 +269,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Look for an exact state of lower λ near the last mechanism. Store a state and return True if found.
+        """Look for a lower exact state near the last mechanism. If it exists, store it and return True.
 
         Raise Undecided if only blocks without load move in the state. The state is then no answer, and it
         prevents a proof.
@@ -302,7 +302,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
-        """Return an answer with its certificate. λ and the forces q are in scaled units."""
+        """Convert a state in scaled units to an answer with a certificate."""
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
     def _is_lower(self, one: Answer) -> bool:

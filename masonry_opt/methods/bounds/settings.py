@@ -16,13 +16,14 @@ class ProofSettings(Settings):
     #: smaller gap, rounding errors make more conflicts invalid.
     gap: float = 5e-7
 
-    #: A face counts as at yield if its slack is below this value, and as at rest if its rate is. With a
-    #: larger value fewer linear programs are solved, but more assignments must be refuted later.
+    #: A face counts as at yield if its slack is smaller than this value, and as at rest if its rate is
+    #: smaller. With a larger value fewer linear programs are solved, but more assignments must be refuted
+    #: later.
     zero: float = 1e-9
 
-    #: Largest product z_i p_i of forces and a mechanism near which the search looks for a collapse state, in
-    #: units of the load. With a larger value more attempts fail. If all conditions are assigned, the search
-    #: always makes an attempt.
+    #: The search looks for a collapse state near its forces and mechanism if no product z_i p_i is larger
+    #: than this value, in units of the load. With a larger value more attempts fail. After all conditions are
+    #: assigned, the search always makes an attempt.
     energy: float = 1e-7
 
     #: Multipliers below this share of the largest multiplier count as rounding errors. With a larger share
@@ -90,8 +91,8 @@ class ProofBudget(Settings):
     #: states. With a very large value, rounding errors leave more searches undecided.
     load_range: float = 10.0
 
-    #: Number of linear programs of the first period of the proof, which alternates with the search for lower
-    #: load factors under option ``search``. Each later period is twice as long. With a smaller number a proof
+    #: Under option ``search``, periods of proof and periods of search alternate. The first period of proof
+    #: has this number of linear programs, and each later period twice as many. With a smaller number a proof
     #: may be found earlier, but more work is repeated.
     first_turn: int = 1000
 

@@ -75,8 +75,7 @@ def global_search(task: Task) -> Solution:
         # needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
-    # If associative flow locks the joints, it yields no upper bound, and that of an exact state is the only
-    # one.
+    # If associative flow locks the joints, only an exact state yields an upper bound.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]
     if upper_bounds == [None, None]:
         return upper

@@ -25,12 +25,12 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Assumed limit of forces if statics set no limit, relative to the sum of all loads. A smaller value may
-#: exclude states with large forces.
+#: If statics set no limit of the forces, this multiple of the sum of all loads is assumed. A smaller value
+#: may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
-#: Size of the rates and velocities up to which a proof must exclude all mechanisms. Larger mechanisms are not
-#: considered.
+#: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
+#: not considered.
 _LARGEST_MOTION = 1e9
 
 #: Tolerance of the interior-point methods.
@@ -54,7 +54,7 @@ _FASTEST = 20.0
 #: Rate or velocity below which a face or a block counts as at rest.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of one program. Without a time limit, it makes sure that a run ends.
+#: Largest number of iterations of one program. It also ends programs without a time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program, in seconds.
@@ -77,13 +77,13 @@ _WORTH_REPEATING = 0.5
 #: Largest number of products in a program. A larger number needs more memory.
 _MOST_PRODUCTS = 400_000
 
-#: Smallest assumed limit of the sum of rates if kinematics set no limit, in units of the mean velocity of the
-#: live load.
+#: If kinematics set no limit of the sum of all rates, a limit is assumed. This is the smallest assumed limit,
+#: in units of the mean velocity of the live load.
 _LEAST_RATES = 100.0
 
-#: Assumed limit of the sum of rates if kinematics set no limit, relative to the sum in the lowest known
-#: state. A smaller value may exclude states with large rates. On walls, the sum in the lowest known state is
-#: 30 to 140.
+#: If kinematics set no limit of the sum of all rates, this multiple of the sum in the lowest known state is
+#: assumed. A smaller value may exclude states with large rates. On walls, the sum in the lowest known state
+#: is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
@@ -241,10 +241,11 @@ class BoundStep:
     bound: float
     lowest: float  #: lower bound of λ from earlier programs, and least λ in this program
     load_factor: float  #: load factor λ of the best known state
-    #: Largest distance in blocks between the two joints of a force and a rate whose product is a variable.
+    #: The relaxation has a variable for the product of a force and a rate only if their joints are at most
+    #: this many blocks apart.
     rates_within: int
-    #: Largest distance in blocks between the joint of a force and the moving block of a velocity whose
-    #: product is a variable.
+    #: The relaxation has a variable for the product of a force and a block velocity only if the joint of the
+    #: force is at most this many blocks away from the block.
     velocities_within: int
     products: int  #: number of products
     seconds: float  #: time since the method began
@@ -287,7 +288,7 @@ def relaxed(
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # Multipliers that are not exactly feasible lower the bound, by their infeasibility times the largest
+    # The multipliers are not exactly feasible: reduce the bound by their infeasibility times the largest
     # products.
     value, short = lp.least(multipliers)
     shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)

@@ -89,7 +89,8 @@ class CoulombRun:
     @property
     def answer(self) -> Answer | None:
         """Collapse state with the lowest load factor so far, or None if no state was found."""
-        # No state can be known before the load history is computed, because all steps need it.
+        # Without a load history no state is known yet, because every search for a state needs the load
+        # history.
         return None if self.incremental is None else self.states.answer
 
     @property
@@ -256,6 +257,6 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the answer that is exact. If both answers are exact or neither is, return the lower one."""
+    """Return the exact one of two answers. If both or neither are exact, return the lower answer."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

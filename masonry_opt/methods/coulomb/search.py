@@ -190,7 +190,7 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # If a start leads to a known state again, the finder returns the same object again.
+        # If a start leads to a known state, the finder returns the same object as before.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:

@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if this start is possible and, for associative forces, no state is known yet."""
+        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -206,7 +206,7 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run. The first case in this list that applies determines the solution.
+        """End the run with the solution of the first case below that applies.
 
         1. If there is no load history, the solution is that of the loop.
         2. If statics permit any load, and joints press ever harder as the load grows from rest, there is no

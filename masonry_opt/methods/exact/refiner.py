@@ -109,7 +109,7 @@ class StateFinder(ABC):
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self.deadline = inf  #: time, by ``time.perf_counter``, at which the search must end
+        self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
         #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
         #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
         #: not count undecided programs.

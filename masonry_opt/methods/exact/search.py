@@ -57,7 +57,7 @@ class StateRecord:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons with the number of states above λ = 0, and with the lowest λ if it is zero or less."""
+        """Reasons that report the number of states with λ > 0 and, if it is zero or less, the lowest λ."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
@@ -153,7 +153,7 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield the kind and the state of start after start, without end.
+        """Yield an endless sequence of starts: the kind of each start, and the state that was found from it.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
         the forces of the lowest state comes first, and again after each lower state is found: another

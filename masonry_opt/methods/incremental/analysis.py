@@ -108,7 +108,7 @@ class IncrementalAnalysis:
         compliance: np.ndarray | None = None,
         matrix: StiffnessMatrix | None = None,
     ) -> None:
-        """Set up an :class:`EquilibriumSolver`, which explains the arguments."""
+        """Set up the analysis. :class:`EquilibriumSolver` explains the arguments."""
         self.problem = problem
         self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
 

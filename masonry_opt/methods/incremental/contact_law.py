@@ -296,7 +296,7 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest points (2, l) of the polygon to outside points, and the derivative (2, 2, l).
+        """Return the points (2, l) of the polygon nearest to outside points, with derivative (2, 2, l).
 
         ``distances`` are the distances of the points from the lines of the sides.
         """

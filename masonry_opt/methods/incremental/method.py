@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Mark a solution with a load history, so that its load–displacement curve is shown."""
+    """If a solution has a load history, mark its load–displacement curve to be shown."""
     history = solution.load_history
     if history is None:
         return solution

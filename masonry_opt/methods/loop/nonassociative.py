@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reasons to reject the load factor of a converged run. The run is repeated with a remedy."""
+    """Reasons to reject a converged run and to try a remedy."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
@@ -60,7 +60,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the paper's cohesive start (section 6.3), or None if already tried.
+    """Return an attempt with the paper's cohesive start (section 6.3), or None if it was already tried.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -125,7 +125,7 @@ def nonassociative(task: Task) -> Solution:
     # Solver and tolerance of the current driver. A new driver is compiled only if they change.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Least load factor of all sub-problems whose states satisfy the joints' own flow rule up to
+    # Least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at most
     # ``BORNE_OUT``.
     least: float | None = None
 

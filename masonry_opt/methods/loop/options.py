@@ -9,9 +9,9 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end. Of
-#: the remedies only one remains: after an infeasible sub-problem, which the paper does not discuss, the loop
-#: starts again with a smaller slope.
+#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end.
+#: Only one of the remedies remains: after an infeasible sub-problem, which the paper does not discuss, the
+#: loop starts again with a smaller slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -108,7 +108,7 @@ class LoopParameters(LoopOptions):
 
     alpha: float
     beta: float
-    shrink: float  #: ratio of α to that of the sub-problem before; 1/2 in the paper
+    shrink: float  #: ratio of α to α in the previous sub-problem; 1/2 in the paper
     #: Tolerance of the solver for infeasibility and duality gap, or None for the solver's usual tolerance.
     tolerance: float | None
 

@@ -124,8 +124,8 @@ class Run:
         self.next_try = 0
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is the associative load factor. With rough sub-problems both differ
-        #: by up to 0.4 %.
+        #: True if the first load factor is the associative load factor. With rough sub-problems both load
+        #: factors differ by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
