@@ -101,9 +101,9 @@ class PyomoProducts:
         # The products z₁ p₁ of joints that can slide are zero. The other products in the complementarity
         # conditions have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # If all products of an equilibrium row with the velocities at a joint have variables, compatibility
-        # implies the products of this row with three of the joint's four rates. Only the product with the
-        # fourth rate needs a row.
+        # Compatibility implies the products of an equilibrium row with three of a joint's four rates, if all
+        # products of the row with the joint's velocities have variables. Only the product with the fourth
+        # rate then needs a row.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})

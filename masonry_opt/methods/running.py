@@ -28,8 +28,8 @@ _MOST_JOINTS_IN_MINUTES = 30_000
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
 #: Largest work of the live load that counts as zero, relative to the product of the norms of load and motion.
-#: With a larger value, more load histories that end in a range of the load factor are followed by a search
-#: for a collapse without work.
+#: With a larger value, a search for a collapse without work follows more load histories that end in a range
+#: of λ.
 NO_WORK = 1e-3
 
 

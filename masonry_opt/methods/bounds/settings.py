@@ -21,9 +21,9 @@ class ProofSettings(Settings):
     #: later.
     zero: float = 1e-9
 
-    #: The search looks for a collapse state near its forces and mechanism if no product z_i p_i is larger
-    #: than this value, in units of the load. With a larger value more attempts fail. After all conditions are
-    #: assigned, the search always makes an attempt.
+    #: Largest product z_i p_i, in units of the load, of forces and a mechanism near which the search looks
+    #: for a collapse state. With a larger value more attempts fail. After all conditions are assigned, the
+    #: search always makes an attempt.
     energy: float = 1e-7
 
     #: Multipliers below this share of the largest multiplier count as rounding errors. With a larger share
@@ -59,7 +59,7 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: Scenes with at most this number of joints have the full budget, which suffices for a proof on 95 % of
+    #: Scenes with at most this number of joints have the full budget. It suffices for a proof on 95 % of
     #: random scenes of this size. On larger scenes most searches would end without a proof.
     few_joints: int = zero_or_more(15)
 
