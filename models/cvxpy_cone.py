@@ -10,27 +10,27 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Factor by which the objective of ConeMotion is scaled. With a larger factor, the absolute gap at which
-#: solvers stop is smaller relative to the objective.
+#: Scale factor of the objective of ConeMotion. Solvers stop at an absolute gap, which is smaller relative to
+#: the objective if the factor is larger.
 _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip that define polygons, which replace the friction circles in linear programs.
+    """Directions of slip that define the polygons which replace friction circles in linear programs.
 
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    point: np.ndarray  #: index of the sliding contact point of each direction, shape (m,)
-    along: np.ndarray  #: unit vector e of each direction in the plane of its contact point, shape (2, m)
-    #: True if the polygons are inside the circles of shear. All forces are then inside the cones, and slip is
-    #: opposite to the corners of a polygon. False if the polygons are around the circles. Mechanisms then
+    point: np.ndarray  #: index of the contact point of each direction, shape (m,)
+    along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
+    #: True if the polygons are inside the friction circles. All forces are then inside the cones, and slip is
+    #: opposite to the corners of a polygon. If False, the polygons are around the circles. Mechanisms then
     #: satisfy the flow rule of the cones, and slip is opposite to the points of tangency.
     inside: bool
 
 
 class ConeStatics(CvxpyStatics):
-    """Contact forces q that are in equilibrium, eq. (1), and inside the friction cones.
+    """Contact forces q in equilibrium, eq. (1), and inside the friction cones.
 
     At each contact point
 
@@ -50,7 +50,7 @@ class ConeStatics(CvxpyStatics):
         return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates p of the yield conditions for block velocities d.
+        """Return the rates p of the yield conditions, shape (faces,), for block velocities d.
 
         ``slope`` is the slope of the flow rule: the opening per unit slip, shape (k,).
         """
@@ -58,7 +58,7 @@ class ConeStatics(CvxpyStatics):
 
 
 class ConeMechanism(CvxpyMechanism):
-    """Mechanism with friction cones, in which a contact point opens in proportion to its slip speed.
+    """Mechanism with friction cones, in which sliding contacts open in proportion to their slip speed.
 
     The unknowns are velocities d, openings u ≥ 0, slips w, slip speeds γ and rates v ≥ 0 of limited forces.
 
@@ -86,7 +86,7 @@ class ConeMechanism(CvxpyMechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy dissipated by limited forces, such as those of ties, at their limits.
+        #: Energy that limited forces (such as ties) dissipate at their limits.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
@@ -111,7 +111,7 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program for forces with a low λ and a small complementarity error with a given mechanism.
+    """Program for forces with a low λ and a small complementarity error, for a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -127,7 +127,7 @@ class ConeForces:
         self.program = cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates p of the mechanism, shape (faces,), and the weight of the complementarity error."""
+        """Set the mechanism's rates p, shape (faces,), and the weight of the complementarity error."""
         problem = self._problem
         senses = problem.layout.senses
         slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
@@ -140,7 +140,7 @@ class ConeForces:
 
 
 class ConeMotion:
-    """Program for the mechanism with the least complementarity error with given forces.
+    """Program for the mechanism with the least complementarity error, for given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 
@@ -158,7 +158,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the contact forces and limited forces, shape (3c + t,)."""
+        """Set the given contact forces and limited forces q, shape (3c + t,)."""
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

@@ -15,13 +15,14 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Program for forces that are compatible with a given mechanism.
+    """Program for the forces of least cost in equilibrium and within yield.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
     The costs are the number a and the vector b of shape (3c,), which may be a parameter. Both are zero by
-    default. ``room`` is infinite in this declaration. The solver session sets it to 0 for the faces that must
-    be at yield.
+    default. With costs from the rates of a mechanism, the program finds forces that are compatible with the
+    mechanism. ``room`` is infinite in this declaration. The solver session sets it to 0 for the faces that
+    must be at yield.
     """
 
     def __init__(
@@ -39,14 +40,14 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """Program for a mechanism that is compatible with given forces.
+    """Program for the mechanism whose rates have the least cost.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    The cost, shape (faces,), may be a parameter. It usually consists of the slacks z ≥ 0 of a state; the
-    default is zero. The slope is the opening per unit slip, shape (k,); the default is the joints' dilatancy.
-    ``most`` is infinite in this declaration. The solver session sets it to 0 for the faces that must not
-    move.
+    The cost, shape (faces,), may be a parameter. It usually consists of the slacks z ≥ 0 of given forces,
+    with which the mechanism is then compatible; the default is zero. The slope is the opening per unit slip,
+    shape (k,); the default is the joints' dilatancy. ``most`` is infinite in this declaration. The solver
+    session sets it to 0 for the faces that must not move.
     """
 
     def __init__(
@@ -70,8 +71,8 @@ class CvxpyDrivenMotion:
         Bᵀ d = D(tan ψ) p,    f_L·d = Σ|f_L|,    p ≥ 0,    e·p − f_D·d ≤ λ Σ|f_L|
 
     The energy e, shape (faces,), is the least energy that each yield condition dissipates per unit rate. It
-    is c, plus the least (μ − tan ψ) n of all states for sliding. A collapse state satisfies c·p + Σ (μ − tan
-    ψ) n γ − f_D·d = λ f_L·d, in which γ is the slip of each joint.
+    is c and, for sliding, the least (μ − tan ψ) n of all states in addition. A collapse state satisfies c·p +
+    Σ (μ − tan ψ) n γ − f_D·d = λ f_L·d, in which γ is the slip of each joint.
     """
 
     def __init__(self, problem: Problem, energy: np.ndarray, highest: float) -> None:
@@ -82,7 +83,7 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces that are at yield in the moving faces of a mechanism, with λ near a given value.
+    """Program for forces at yield in the moving faces of a mechanism, with λ nearest to a given value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
@@ -119,7 +120,7 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """Program for a motion that proves that given yield conditions cannot all be active.
+    """Program for a motion which proves that given yield conditions cannot all be active.
 
     If a motion gains energy, no forces bring all given conditions to yield.
 

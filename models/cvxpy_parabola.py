@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Base class that scales the crushing cones to normal forces of magnitude N.
+    """Base class that scales the cone constraints of crushing by a normal force N.
 
     Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
     """
@@ -18,12 +18,13 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: Reduction N² / (f_c L) of the limits of 2 n₁ and 2 n₂ by crushing at the normal force N.
+        #: N² / (f_c L): crushing at the normal force N raises the lower limits of 2 n₁ and 2 n₂ from 0 to
+        #: this value.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 
     def resize(self, q: np.ndarray | None) -> None:
-        """Set N to the mean normal force of the joints that can crush, under forces q of shape (3c,).
+        """Set N to the mean normal force of the joints that can crush, for joint forces q of shape (3c,).
 
         If q is None, N is √(f_c L), the geometric mean of 1 and the crushing force.
         """
@@ -37,7 +38,7 @@ class _Sized:
 
 
 class CvxpyParabolaStatic(_Sized):
-    """Static program, eq. (9), with the crushing parabola in place of its chords.
+    """Static program, eq. (9), with the exact crushing parabola instead of its chords.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
         2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
@@ -77,7 +78,7 @@ class CvxpyParabolaStatic(_Sized):
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Kinematic program, eq. (10), with the energy that the crushing parabola dissipates.
+    """Kinematic program, eq. (10), with the energy that crushing dissipates by the exact parabola.
 
     A joint dissipates the energy f_c L w² / (4 P) ≤ N² t / (f_c L). Here P is the sum of the rocking rates of
     its points, and w is its closing:

@@ -10,8 +10,8 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Smallest weight of a block in the inertia, relative to the median block. This limit makes the motion of
-#: weightless blocks unique. A larger value would reduce their motion.
+#: Smallest weight that a block has in the inertia term, relative to the median block. Without this limit the
+#: motion of weightless blocks would not be unique. A larger value would reduce their motion.
 _LEAST_WEIGHT = 1e-2
 
 
@@ -34,7 +34,7 @@ class CvxpyStanding:
 
 
 def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> CvxpyMechanism:
-    """Return the mechanism terms of a problem, with friction cones if its friction limits are cones."""
+    """Return the mechanism terms of a problem, with friction cones if the problem has them."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
     return CvxpyMechanism(problem, limits.slope)
@@ -64,13 +64,14 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """Program for the mechanism of bounded velocities that the dead load drives most, with its dual.
+    """Program for the mechanism of bounded velocities with the largest power of the dead load.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    The dual finds the forces within yield that are nearest to equilibrium. In space, the friction limits are
-    cones, or polygons if ``senses`` is passed; see :class:`~.cvxpy_cone.ConeMechanism`.
+    The second line is the dual program. It finds the forces within yield that are nearest to equilibrium. In
+    space, the friction limits are cones, or polygons if ``senses`` is passed; see
+    :class:`~.cvxpy_cone.ConeMechanism`.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
@@ -79,7 +80,7 @@ class CvxpyDriven:
         self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the velocities d and the forces q; None if the solver found no solution.
+        """Return the velocities d and the forces q, or None if the solver found no solution.
 
         The forces are the negative of CVXPY's dual values of compatibility.
         """

@@ -41,7 +41,7 @@ class CvxpyStatics:
 
     @cached_property
     def slacks(self) -> cp.Expression:
-        """Return the slacks z of the yield conditions, shape (faces,).
+        """Return the slacks z of all yield conditions, shape (faces,).
 
         The slacks are declared on first use, because models with friction cones do not need them.
         """
@@ -52,7 +52,7 @@ class CvxpyStatics:
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """Return the constraint z ≥ 0 of all yield conditions."""
+        """Return the constraint z ≥ 0 for all yield conditions."""
         return [self.slacks >= 0]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -76,22 +76,22 @@ class CvxpyMechanism:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        #: Slip of each joint that can slide, summed over its senses of sliding, shape (k,).
+        #: Slip of each joint that can slide: the sum of its rates in all directions of slip, shape (k,).
         self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
-        #: Energy dissipated by crushing (at the chords of the crushing curve) and by limited forces at their
+        #: Energy dissipated by crushing (by the chords of the crushing curve) and by limited forces at their
         #: limits.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
-        # Keep 0 on the right-hand side. Python may swap the sides of == between two expressions, which would
-        # change the sign of the dual value.
+        # Keep 0 on the right-hand side. Python may swap the two sides of == if both are expressions, which
+        # would change the sign of the dual value.
         self.compatibility = problem.B.T @ self.d - flow == 0
-        #: Conditions on the mechanism, except the normalisation of the live work.
+        #: All conditions on the mechanism except ``live_work``, which scales the velocities.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 
     def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
-        """Return the power f_D·d − c·p: the power of the dead load minus the dissipated power.
+        """Return f_D·d − c·p, the power of the dead load minus the dissipated power.
 
         ``cohesion`` has shape (k,).
         """

@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoKinematic:
-    """Kinematic program, eq. (10), scaled so that velocities are near 1.
+    """Kinematic program, eq. (10), scaled such that velocities are of the order of 1.
 
     min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
     """

@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """Mixed complementarity problem of all collapse states with the joints' own flow rule.
+    """Mixed complementarity problem whose solutions are all collapse states of a problem.
 
     The conditions are eqs (1) to (6) and (8):
 
@@ -40,19 +40,19 @@ class PyomoMcp:
         put(self.mechanism.p, state.p)
 
     def read(self) -> State:
-        """Return the state that consists of the present values of the variables."""
+        """Return the state that the present values of the variables describe."""
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Introduce slack variables z = C(μ) q + c ≥ 0 in the complementarity conditions; return them.
+    """Add slack variables z = C(μ) q + c ≥ 0 to the complementarity conditions, and return them.
 
     The program is changed in place. ``transformation`` is the name of a Pyomo transformation.
     """
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
     for condition in conditions.values():
-        condition.c.deactivate()  # p ≥ 0, which is already the lower bound of the rate
+        condition.c.deactivate()  # the row p ≥ 0, which the lower bound of p already states
     return pyo.Reference(conditions[:].v)
 
 

@@ -26,11 +26,12 @@ class PyomoMpec(PyomoMcp):
 
 
 class PyomoRelaxed:
-    """Scholtes' relaxation of complementarity in an MCP or MPEC, which is changed in place.
+    """Scholtes' relaxation of the complementarity conditions of an MCP or MPEC.
 
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
-    For ε = 0, the feasible points are the states of the MCP.
+    The program of the MCP or MPEC is changed in place. For ε = 0, the feasible points are the states of the
+    MCP.
     """
 
     def __init__(self, model: PyomoMcp) -> None:
@@ -47,7 +48,7 @@ class PyomoRelaxed:
         put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
 
     def read(self) -> State:
-        """Return the state that consists of the present values of the variables."""
+        """Return the state that the present values of the variables describe."""
         return self._model.read()
 
     def products(self) -> np.ndarray:

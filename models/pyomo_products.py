@@ -11,13 +11,13 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks of the products that are variables, shapes (c, c) and (c, b). The first selects forces of joint i
-#: times rates of joint j; the second selects forces of joint i times velocities of block e.
+#: Two masks that select the products with a variable. The first, shape (c, c), selects forces of joint i
+#: times rates of joint j. The second, shape (c, b), selects forces of joint i times velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class PyomoProducts:
-    """Linear relaxation of the MPEC, by level 1 of the reformulation–linearisation technique (RLT).
+    """Linear relaxation of the MPEC by the reformulation–linearisation technique (RLT), level 1.
 
     The technique (Sherali & Adams 1990) replaces products of variables by new variables.
 
@@ -53,7 +53,7 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: Variable of each product, by the numbers of its static and its kinematic factor.
+        #: Variable of each product. The key has the numbers of its static and its kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
@@ -71,7 +71,7 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each product in a list, with the lower bound 0 if both factors are ≥ 0."""
+        """Declare a variable for each product. Its lower bound is 0 if no factor can be negative."""
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -82,7 +82,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare the rows of the relaxation in which every product has a variable."""
+        """Declare all rows of the relaxation whose products all have variables."""
         model = self.program
         factors = self.factors
         one = factors.one
@@ -98,11 +98,12 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # The products z₁ p₁ of joints that can slide are zero. All other complementary products are omitted.
+        # The products z₁ p₁ of joints that can slide are zero. The other products in the complementarity
+        # conditions have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # If all products of a static row with the velocities at a joint have variables, compatibility implies
-        # the products with three of the joint's rates. Then only the product with one sliding rate needs a
-        # row.
+        # Compatibility implies the products of an equilibrium row with three of a joint's four rates, if all
+        # products of the row with the joint's velocities have variables. Only the product with the fourth
+        # rate then needs a row.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})
@@ -115,11 +116,12 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # if λ₀ = 0, the bounds of the variables λ v have the same effect as these rows
+        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v already state these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # A product that has a variable needs no row, because the variable's bound has the same effect.
+        # A product with a variable needs no row, because the bound of the variable already states the
+        # condition.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -131,7 +133,7 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if all products of a static row's forces with a joint's velocities have variables.
+        """Return True if all products of a static row's forces and a joint's velocities have variables.
 
         The joint is that to which ``rate`` belongs.
         """
@@ -140,7 +142,7 @@ class PyomoProducts:
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return the constraints that products of linear forms are 0, or at least ``least`` if passed."""
+        """Constrain each product of two linear forms to be 0, or at least ``least`` if it is passed."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)
@@ -148,7 +150,7 @@ class PyomoProducts:
         return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
-        """Yield the product of each pair of linear forms as a linear expression and a constant.
+        """Yield the product of each pair of linear forms, as a linear expression and a constant.
 
         Pairs with a product that has no variable are omitted.
         """

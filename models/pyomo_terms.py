@@ -32,7 +32,7 @@ def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> I
 
 
 def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
-    """Return the scalar product ``coefficients · variables`` as an expression without zero terms."""
+    """Return the scalar product ``coefficients · variables`` as a Pyomo expression without zero terms."""
     return next(rows(sp.csr_array(coefficients[None, :]), variables))
 
 
@@ -75,7 +75,7 @@ class PyomoShearParameters:
 
 
 class PyomoStatics:
-    """Variables for joint forces q and λ in equilibrium, eq. (1), with the slacks z of eq. (4).
+    """Variables for λ and for joint forces q in equilibrium, eq. (1), with the slacks z of eq. (4).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
@@ -108,7 +108,7 @@ class PyomoStatics:
         self.slacks: list[Any] = [z + c for z, c in zip(without_friction, constant, strict=True)]
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return the values of λ and of the joint forces q, shape (3c,)."""
+        """Return the present values of λ and of the joint forces q, shape (3c,)."""
         return float(self.load_factor.value), values(self.q)
 
 
@@ -126,9 +126,10 @@ class PyomoMechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
-        #: Slip of each joint that can slide, summed over its senses of sliding, as an expression.
+        #: Slip of each joint that can slide: the sum of its rates in all directions of slip, as an
+        #: expression.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Energy dissipated by crushing (at the chords of the crushing curve) and by limited forces at their
+        #: Energy dissipated by crushing (by the chords of the crushing curve) and by limited forces at their
         #: limits.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {

@@ -20,12 +20,12 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Key in a Coulomb result's ``solvers`` for the program that finds the associative load factor.
+#: Key, in the ``solvers`` of a Coulomb result, of the program for the associative load factor.
 _ASSOCIATIVE_PURPOSE = "associative"
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
-    """Return the solution with associative flow: load factor, forces and mechanism.
+    """Return the load factor, the forces and the mechanism under associative flow.
 
     If the solver ends without a certified optimum, the dual formulation is solved too.
 
@@ -67,16 +67,17 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Return a state with its certificate for associative flow, or None if there is no state."""
+        """Certify a state for associative flow. Return None if there is no state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}
     driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
-    # A nearly optimal point is accepted here, because its certificate decides whether it is good enough.
+    # Accept a nearly optimal point here: the certificate later decides whether it is accurate enough.
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
-        # Solve the program again, with the crushing parabolas scaled by the forces of the first solution.
+        # Solve again for more accuracy: the forces of the first solution scale the parabolas of the crushing
+        # limit.
         again = driver.solve(nearly=True, near=state.q)
         if again.state is not None:
             answer, state = again, with_certificate(again.state)
@@ -84,17 +85,17 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver found no state, or a state with residuals above the limits of acceptance."""
+    """Return True if the solver found no state, or a state whose residuals are too large to be accepted."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 
 def kinematic(task: Task) -> Solution:
-    """Return the solution with associative flow by the kinematic formulation, eq. (10)."""
+    """Solve the kinematic formulation of associative flow, eq. (10)."""
     return associative(task, "kinematic")
 
 
 def with_associative(task: Task, of: Solution) -> Solution:
-    """Return a Coulomb solution to which the associative load factor is added if it is missing.
+    """Add the associative load factor to a Coulomb solution if it is missing.
 
     The associative load factor is None if no answer is within the limits of acceptance.
     """
@@ -126,7 +127,7 @@ def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
     statics.set_costs("load_factor", np.array([-problem.live_norm]))
     if statics.solve() is not Verdict.OPTIMAL:
         return None
-    # The dual variables of equilibrium are the velocities of the mechanism, eq. (10).
+    # Up to their sign, the dual variables of equilibrium are the velocities of the mechanism, eq. (10).
     d = -statics.multipliers()[: len(problem.dead)]
     load_factor = float(statics.values("load_factor")[0])
     answer = certified(problem, load_factor, statics.values("q"), d, problem.friction)

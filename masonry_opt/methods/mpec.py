@@ -29,18 +29,17 @@ from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
-#: Factor by which ε falls from one solve to the next.
+#: Ratio of ε in a solve to ε in the previous solve.
 _FALL = 0.1
 
-#: After a series of solves has failed, the next series begins with the first ε multiplied by this factor.
+#: Factor on the first ε of a series of solves, after a series has failed.
 _SMALLER_START = 1e-3
 
-#: Smallest ε with which a series of solves may begin. If this series fails, the method ends without an
-#: answer.
+#: Smallest ε with which a series of solves may begin. If all series fail, the method ends without an answer.
 _SMALLEST_START = 1e-8
 
-#: Options of IPOPT. The warm-start options keep each solve close to the solution of the previous solve, from
-#: which it starts.
+#: Options of IPOPT. Each solve starts from the solution of the previous solve, and the warm-start options
+#: keep it close to this solution.
 _OPTIONS: dict[str, Any] = {
     "tol": 1e-9,
     "constr_viol_tol": 1e-9,
@@ -51,8 +50,8 @@ _OPTIONS: dict[str, Any] = {
     "warm_start_bound_push": 1e-6,
     "warm_start_mult_bound_push": 1e-6,
     "warm_start_slack_bound_push": 1e-6,
-    # IPOPT must not relax bounds, so that rates and slacks stay ≥ 0. Otherwise the product of two small
-    # negative numbers would be admissible.
+    # IPOPT must not relax the bounds z ≥ 0 and p ≥ 0. Otherwise the product z p of two small negative numbers
+    # would be admissible.
     "bound_relax_factor": 0.0,
     "max_iter": 700,
 }
@@ -74,7 +73,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Return the options; raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
+        """Raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self
@@ -82,19 +81,19 @@ class MpecOptions(Options):
 
 @dataclass(frozen=True)
 class RelaxationStep:
-    """Record of one solve in a series with falling ε."""
+    """Record of one solve in a series of solves with decreasing ε."""
 
     epsilon: float  #: bound ε of each product z p
     load_factor: float  #: load factor λ; NaN if the solve failed
     word: str  #: IPOPT's status
     iterations: int  #: number of IPOPT's iterations
     largest_product: float  #: largest product z p; NaN if the solve failed
-    gap: float  #: Σ z p divided by the work of the live load, in units of λ; NaN if the solve failed
+    gap: float  #: Σ z p divided by the power of the live load; NaN if the solve failed
     seconds: float  #: time of the solve
 
 
 class CasadiIpopt:
-    """Interface to IPOPT through CasADi, which reads the program once from Pyomo's ``.nl`` file.
+    """Interface to IPOPT through CasADi, which reads a Pyomo program once from an ``.nl`` file.
 
     A solve starts from the present values of the program's variables, and stores its solution in them.
     """
@@ -119,14 +118,15 @@ class CasadiIpopt:
             "g": casadi.vertcat(*problem.g),
         }
         self._solver = self._compiled()
-        #: Multipliers of the last solve, from which the next solve starts.
+        #: Multipliers of the last solve. The next solve starts from them.
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
-        """Return an IPOPT solver of the program, which stops at the time limit of the analysis."""
+        """Return an IPOPT solver of the program. The solver stops at the time limit of the analysis."""
         import casadi
 
-        # The functions are expanded to scalar operations, which makes derivatives thirty times as fast.
+        # Option "expand": functions are expanded to scalar operations, so that derivatives are thirty times
+        # as fast.
         options: dict[str, Any] = {
             "expand": True,
             "print_time": False,
@@ -140,15 +140,14 @@ class CasadiIpopt:
         return casadi.nlpsol("program", "ipopt", self._functions, options)
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
-        """Solve with z p ≤ ``epsilon``, starting from the present values of the variables.
+        """Solve the program with z p ≤ ``epsilon``, from the present values of the variables.
 
         Returns three values: True if IPOPT found a local optimum, IPOPT's status, and its number of
         iterations. Raises TimeLimitReached if the time limit of the analysis is over.
         """
         check_time()
         if math.isfinite(seconds_left()):
-            # IPOPT's time limit is fixed when the solver is created, so the solver is created anew with the
-            # time that remains.
+            # IPOPT cannot change its time limit later, so create a new solver with the remaining time.
             self._solver = self._compiled()
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
@@ -166,9 +165,10 @@ class CasadiIpopt:
 
 
 def mpec(task: Task) -> Solution:
-    """Return a local optimum of the MPEC, computed by Scholtes' relaxation from the start in the options.
+    """Return a local optimum of the MPEC, computed by Scholtes' relaxation.
 
-    Raises OptionError if the start is a result of another scene, or has no forces.
+    Option ``start`` determines the start. Raises OptionError if the start is a result of another scene, or
+    has no forces.
     """
     problem, options = task.problem, task.options
     if options.start == "cold":
@@ -176,8 +176,8 @@ def mpec(task: Task) -> Solution:
     if isinstance(options.start, Solution):
         start = of_same_scene(options.start, problem)
     else:
-        # Sub-problems of the loop are solved accurately, because a rough solution does not show which faces
-        # move, and the relaxation needs this.
+        # Solve the sub-problems of the loop accurately. The relaxation must start from a state that shows
+        # which faces move, and rough solutions do not show this.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:
@@ -188,7 +188,7 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """Return the solution of the first series with falling ε that reaches the smallest ε.
+    """Return the solution of the first series of solves that reaches the smallest ε.
 
     Each series begins at the state ``start``, or at rest if ``start`` is None. If a series from a state
     fails, the next series begins with a smaller ε. If all series fail, the solution has no load factor.
@@ -205,13 +205,13 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # With a smaller first ε fewer solves fail, but the relaxation less often ends at a low λ.
+        # A smaller first ε makes failures rarer, but also makes a low λ at the end less likely.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None
 
     def followed(first: float) -> bool:
-        """Solve the series from a first ε, and return True if the series reaches the smallest ε."""
+        """Solve a series that begins with ε = ``first``, and return True if it reaches the smallest ε."""
         nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}
@@ -248,7 +248,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """Yield the bounds ε of a series of solves, from the first to the smallest."""
+    """Yield the bounds ε of a series of solves, from the largest to the smallest."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

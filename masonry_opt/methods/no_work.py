@@ -36,23 +36,23 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
 #: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
-#: load. In the loop of linear programs sliding joints contract by 10⁻³ μ, which causes energies of this size.
+#: load. Energies of this size occur in the loop of linear programs, because sliding joints contract by 10⁻³ μ
+#: per unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Shares σ of the dead load that grow with the live load, in the order in which they are tried. They are
-#: increased if the mechanism moves against the live load. With a smaller σ the loop fails more often: with
-#: 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 and more the loop fails on two blocks in space.
+#: increased if the mechanism moves against the live load. With a smaller share the loop of linear programs
+#: fails more often. With 0.75 or more it fails on some scenes in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of values λ₀ that are tried. The first λ₀, the associative load factor, is usually the
+#: Largest number of values λ₀ that are tried. Usually the first value, the associative load factor, is the
 #: answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Names of the fields of a method's step records whose values are load factors.
+#: Fields of a method's step records that contain load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
-#: Codes of reasons that are valid only under the modified loads, and so are removed from the scene's
-#: solution.
+#: Codes of reasons that are valid only for the modified loads. They are removed from the scene's solution.
 _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
@@ -86,13 +86,13 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
         return solution
     if before is None:
         return replace(solution, history=(), tells_curve=False)
-    # The load history was computed for the unchanged scene, so it remains valid.
+    # The load history remains valid, because it was computed for the scene with its own loads.
     of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
     return replace(solution, history=before.history, tells_curve=before.tells_curve).telling(*of_curve)
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """Solve the scene with loads in which a share of the dead load grows with the live load.
+    """Solve the scene under modified loads, in which a share of the dead load grows with the live load.
 
     The first λ₀ is the associative load factor ``upper``. Further λ₀ are extrapolated until the loads equal
     those of the scene. None is returned if the method finds no answer, if the live load does work, or if the
@@ -110,16 +110,16 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # The next λ₀ is extrapolated linearly: λ is a linear function of the size of the loads while the
-        # mechanism does not change. The first line starts at λ = 0 for loads of size zero, which is exact if
-        # only friction limits forces.
+        # Extrapolate the next λ₀ linearly, because λ is a linear function of the size of the loads while the
+        # mechanism does not change. The first line passes through λ = 0 for loads of size zero, which is
+        # exact if only friction limits the forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # The certificate remains valid when forces and velocities are scaled, because its residuals are
-            # relative to loads and velocities.
+            # The certificate remains valid for scaled forces and velocities, because its residuals are
+            # relative.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
@@ -130,7 +130,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """Return the associative load factor, and the work of the live load divided by that of the dead load.
+    """Return the associative load factor, and the live load's work divided by the dead load's work.
 
     The work is done in a mechanism that the dead load drives. The mechanism obeys the joints' own flow rule
     and is complementary to the associative forces. None is returned if this mechanism does not exist, or if
@@ -156,12 +156,12 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return s, for which the modified loads at λ are s times the scene's loads at λ / s."""
+    """Return the ratio s of the modified loads at λ to the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 
 def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
-    """Return the work of the live load in a motion d, shape (3b,), divided by that of the dead load.
+    """Return the work of the live load divided by that of the dead load, in a motion d of shape (3b,).
 
     The live load is multiplied by the load factor. The absolute value of the dead load's work is used.
     """
@@ -169,7 +169,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution under the modified loads to a solution of the scene with the answer ``found``.
+    """Convert a solution under modified loads to a solution of the scene, with the answer ``found``.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,
@@ -177,7 +177,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        """Return the load factors with the given names that are not None, converted to the scene's loads."""
+        """Return the named load factors that are not None, converted to the loads of the scene."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}

@@ -27,14 +27,14 @@ from masonry_opt.solvers.registry import (
     find_solver,
 )
 
-#: Properties of scenes that methods with constant dilatancy do not support.
+#: Name of a property that most methods do not support: dilatancy that falls with stress.
 _VARYING = frozenset({"dilatancy"})
 
 #: Properties of scenes that method "global" does not support.
 _REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop, by model. Interior-point methods come first. A simplex method returns a vertex, at
-#: which some joints have no normal force, and the loop would then lock these joints.
+#: Solvers of the loop, by model. Interior-point methods come first: a simplex method returns a vertex, at
+#: which some joints have no normal force, and the loop would lock these joints.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
 #: Solver of methods that work on the matrices directly, without a modelling language.
@@ -43,7 +43,7 @@ _NEWTON = {MATRICES: ("newton",)}
 #: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 
-#: Map from the model to the solver of method "global".
+#: Solver of method "global", by model.
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
@@ -74,27 +74,27 @@ METHODS = {method.name: method for method in _ALL}
 DEFAULT = "coulomb"  #: Name of the default method.
 INCREMENTAL_METHOD = "incremental"  #: Name of the method whose answer is the incremental load factor.
 
-#: Former names of methods, each with the text that names its present form.
+#: Former names of methods, each with the words that an error message uses for the present name.
 FORMER_METHODS = {
     "mcp": "called 'coulomb'",
     "compliant": "called 'incremental'",
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
-#: Name of the time limit in seconds, which is an argument of ``solve`` and an option of some methods.
+#: Name of the time limit, which is an argument of ``solve`` and an option of some methods.
 _TIME_LIMIT = "time_limit"
 
-#: Name of the argument for movements of supports, which some functions take.
+#: Name of the argument for movements of supports, which only some functions accept.
 _SETTLED = "settled"
 
-#: Arguments that every function with options of a method accepts too. An error about an unknown option
-#: suggests one of them if the names are similar.
+#: Arguments that functions accept in addition to the options of a method. An error about an unknown option
+#: suggests the argument with a similar name.
 _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
 
 
 @dataclass(frozen=True)
 class HowToSolve:
-    """Checked arguments of :func:`~masonry_opt.analysis.solve`, except the scene.
+    """All arguments of :func:`~masonry_opt.analysis.solve` except the scene, after a check.
 
     Raises OptionError if an argument is unknown or not available for any scene.
     """
@@ -106,7 +106,7 @@ class HowToSolve:
     incremental: bool = True
     time_limit: float | None = None  #: longest time of an analysis in seconds; None without a limit
     options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
-    #: names of the arguments of the calling function, which errors about unknown options suggest
+    #: argument names of the calling function, which errors about unknown options suggest
     arguments: Sequence[str] = ()
 
     def __post_init__(self) -> None:
@@ -123,12 +123,12 @@ class HowToSolve:
         for name, value in self.options.items():
             if callable(value):
                 raise OptionError(
-                    f"option '{name}' is a function, which is not allowed in studies of many scenes: omit it"
+                    f"option '{name}' is a function, which studies of many scenes do not allow: omit it"
                 )
 
     @cached_property
     def chosen(self) -> Method:
-        """Entry of the method. Raises OptionError if the name is unknown or no longer used."""
+        """Registry entry of the method. Raises OptionError if the name is unknown or no longer used."""
         if isinstance(self.method, str) and self.method in FORMER_METHODS:
             raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
@@ -137,22 +137,22 @@ class HowToSolve:
 
     @property
     def kind(self) -> Kind:
-        """Kind of answer that the method computes; results without an answer state it too."""
+        """Kind of answer that the method computes. Results without an answer have this kind too."""
         return Kind.ASSOCIATIVE if self.chosen.associative else Kind.EXACT
 
     @property
     def adds_incremental(self) -> bool:
-        """True if the incremental load factor is computed in addition to that of the method."""
+        """True if the incremental load factor is computed in addition to the method's load factor."""
         return self.incremental and not self.chosen.associative and self.chosen.name != INCREMENTAL_METHOD
 
     @cached_property
     def _has_own_limit(self) -> bool:
-        """True if the method has an option ``time_limit``, and divides this time among its steps."""
+        """True if the method has its own option ``time_limit`` and divides this time among its steps."""
         return self.chosen.options is not None and _TIME_LIMIT in self.chosen.options.model_fields
 
     @cached_property
     def own_options(self) -> Any:
-        """Options of the method; None if the method has no options.
+        """Checked options of the method, or None if the method has no options.
 
         Raises OptionError if an option is unknown or has a wrong value.
         """
@@ -169,12 +169,12 @@ class HowToSolve:
                     f"method '{method.name}' has no option '{option}'{self._instead(option, known)}"
                 )
         try:
-            # If the value of an option is a result, the method receives the ``solution`` of the result.
+            # If an option is a result, pass only its ``solution`` to the method.
             values = {name: getattr(value, "solution", value) for name, value in given.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
-            # An option that permits several types causes one error for each type; only the first error is
-            # reported.
+            # Report only the first error of each option. An option that permits several types has one error
+            # per type.
             wrong = {
                 ".".join(map(str, item["loc"][:1])): f"{_mistake(item)} (found {reprlib.repr(item['input'])})"
                 for item in reversed(error.errors())
@@ -183,12 +183,12 @@ class HowToSolve:
             raise OptionError(f"method '{method.name}': {'; '.join(parts)}") from None
 
     def _instead(self, option: str, known: Iterable[str]) -> str:
-        """Return the end of an error message, which advises what to use instead of an unknown option."""
+        """Return the end of an error message that suggests what to use instead of an unknown option."""
         if option == _SETTLED:
-            return "; functions that take it: solve, solve_cases, directions, crossing"
+            return "; functions that accept 'settled': solve, solve_cases, directions, crossing"
         homes = _homes(option)
         if homes:
-            return f"; methods that have it: {', '.join(homes)}"
+            return f"; methods that have this option: {', '.join(homes)}"
         setting = self._setting_named(option)
         if setting:
             return setting
@@ -202,7 +202,7 @@ class HowToSolve:
         return f"; its options: {', '.join(known) or 'none'}"
 
     def _setting_named(self, option: str) -> str:
-        """Return the end of an error message if an option is a field of a settings class; otherwise "".
+        """Return the end of an error message if an option is a field of a settings class, otherwise "".
 
         The settings classes of the chosen method come first.
         """
@@ -215,7 +215,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Solver of the method, with its tolerance.
+        """Checked solver of the method, with its tolerance.
 
         Raises OptionError if
 
@@ -260,20 +260,20 @@ class HowToSolve:
 
 
 def _mistake(error: Mapping[str, Any]) -> str:
-    """Return the words that state what is wrong with the value of an option."""
+    """Return the part of an error message that states what is wrong with the value of an option."""
     if error["type"] == "is_instance_of":
-        return f"must be an object of class mo.{error['ctx']['class']}, which only Python can pass"
+        return f"must be an object of class mo.{error['ctx']['class']}, which can be passed only in Python"
     return str(error["msg"]).removeprefix("Value error, ")
 
 
 def _homes(option: str) -> list[str]:
-    """Return the names of the methods that have an option with the given name."""
+    """Return the names of all methods that have a given option."""
     classes = {name: method.options for name, method in METHODS.items()}
     return [name for name, options in classes.items() if options and option in options.model_fields]
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of an error message, which lists the methods that support a solver.
+    """Return the end of an error message that lists the methods which support a solver.
 
     If several modelling languages have the solver, the methods are those of the first language. For an
     unknown solver, the methods that support any solver of CVXPY are listed.
@@ -283,9 +283,9 @@ def _takers(name: str | None) -> str:
         takers = _names(lambda method: method.solved_by(known[0]))
         return f"; methods that support this solver with model '{known[0].language}': {takers}"
     others = _names(lambda method: not method.own_tolerances)
-    return f"; methods that support other solvers: {others}"
+    return f"; methods that support all solvers of linear programs: {others}"
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:
-    """Return the names of the methods for which a condition is True, separated by commas."""
+    """Return the names of all methods that satisfy a condition, separated by commas."""
     return ", ".join(name for name, method in METHODS.items() if is_listed(method))

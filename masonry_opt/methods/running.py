@@ -15,22 +15,21 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: Largest number of joints of scenes on which a collapse without work of the live load is looked for after a
-#: method has found no load factor.
+#: Largest number of joints for the search for a collapse in which the live load does no work. This search
+#: follows if a method finds no load factor.
 _MOST_JOINTS_NO_WORK = 8000
 
-#: Largest number of joints in the plane with which a Coulomb method takes no more than a few minutes; see
-#: "Façades" in benchmarks/README.md. On scenes with more joints a warning about a long analysis is issued.
+#: Number of joints of plane scenes above which a Coulomb method takes more than a few minutes, so that a
+#: warning is issued. See "Façades" in benchmarks/README.md.
 _MOST_JOINTS_IN_MINUTES = 30_000
 
-#: Largest number of contact points in space with which a Coulomb method takes no more than a few minutes. The
-#: number is an estimate: no benchmark measures it. On scenes with more contact points a warning about a long
-#: analysis is issued.
+#: Number of contact points in space above which a Coulomb method takes more than a few minutes, so that a
+#: warning is issued. The number is an estimate, which no benchmark measures.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
-#: Work of the live load up to which it counts as zero, relative to the product of the norms of load and
-#: motion. With a larger value, a collapse without work is looked for after more load histories that end in a
-#: range of the load factor.
+#: Largest work of the live load that counts as zero, relative to the product of the norms of load and motion.
+#: With a larger value, a search for a collapse without work follows more load histories that end in a range
+#: of λ.
 NO_WORK = 1e-3
 
 
@@ -49,7 +48,7 @@ def warn_if_long(method: Method, problem: Problem, time_limit: float | None) -> 
 
 
 def run_method(method: Method, task: Task) -> Solution:
-    """Return the solution of a method.
+    """Run a method, and return its solution.
 
     This function looks for a collapse in which the live load does no work in three cases:
 
@@ -63,7 +62,7 @@ def run_method(method: Method, task: Task) -> Solution:
         before = method.run(task)
         if before.status is Status.TIME_LIMIT:
             return before
-        # A method that seeks exact states returns the answer of the load history only if it finds no exact
+        # If a method that seeks exact states returns the answer of the load history, it has found no exact
         # state.
         has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
         if not has_no_state and _ends_without_work(task.problem, before):
@@ -84,7 +83,7 @@ def run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends in a range of λ and the live load does no work in its motion."""
+    """Return True if a load history ends in a range of λ and its live load does no work in the motion."""
     if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
         return False
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
@@ -92,9 +91,9 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 
 
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return the exact state without work of the live load if its λ is in the range of ``before``.
+    """Return an exact collapse in which the live load does no work, if its λ is in a known range.
 
-    ``before`` is the solution whose load history ends in a range; it is returned if no exact state fits.
+    ``before`` is the solution whose load history ends in this range. It is returned if no exact state fits.
     """
     from masonry_opt.methods.no_work import without_work
 

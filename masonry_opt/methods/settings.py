@@ -10,12 +10,12 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from masonry_opt.errors import OptionError
 
-_CHECK = "check"  #: Key of the check of a number in the metadata of a field.
+_CHECK = "check"  #: Metadata key of a field for the check of its numbers.
 
 
 @dataclass(frozen=True)
 class _Check:
-    """Check of a number, and the words that state which numbers pass."""
+    """Check of a number, and the words of an error message that state which numbers pass."""
 
     passes: Callable[[float], bool]
     words: str
@@ -27,12 +27,12 @@ _ZERO_OR_MORE = _Check(lambda number: number >= 0, "of 0 or more")
 
 
 def zero_or_more(default: Any) -> Any:
-    """Return a field of a settings class whose number may be zero; a tuple may be empty."""
+    """Return a field of a settings class that may be zero or, for tuples, empty."""
     return field(default=default, metadata={_CHECK: _ZERO_OR_MORE})
 
 
 def above_one(default: float) -> Any:
-    """Return a field of a settings class whose number must be larger than one."""
+    """Return a field of a settings class that must be larger than one."""
     return field(default=default, metadata={_CHECK: _ABOVE_ONE})
 
 
@@ -45,8 +45,8 @@ class Settings:
     """
 
     def __post_init__(self) -> None:
-        """Raise OptionError if the value of a field has a wrong type, or does not pass its check."""
-        settings: Any = type(self)  # mypy does not accept a class of dataclasses as hashable
+        """Raise OptionError if the value of a field has a wrong type or fails its check."""
+        settings: Any = type(self)  # Any, because mypy regards the class as not hashable
         for name, kind, check in _fields_to_check(settings):
             value = getattr(self, name)
             if not _is_valid(value, kind, check):
@@ -68,7 +68,7 @@ def _is_range(kind: Any) -> bool:
 
 
 def _is_valid(value: Any, kind: Any, check: _Check) -> bool:
-    """Return True if a value has the type of its field, and its numbers pass the check."""
+    """Return True if a value has the type of its field and its numbers pass the check."""
     if get_origin(kind) is tuple:
         inner = get_args(kind)[0]
         if not isinstance(value, tuple) or not all(_is_valid(each, inner, check) for each in value):
@@ -82,7 +82,7 @@ def _is_valid(value: Any, kind: Any, check: _Check) -> bool:
 
 
 def _needed(kind: Any, check: _Check) -> str:
-    """Return the words that state which values a field of a type can have."""
+    """Return the part of an error message that states which values a field can have."""
     if _is_range(kind):
         return f"a tuple of two finite numbers {check.words}, the smaller number first"
     if get_origin(kind) is tuple:

@@ -15,7 +15,7 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
-#: Function that is called with the record of each step of a method.
+#: Function that reports progress: it is called with the record of each step of a method.
 Progress = Callable[[Any], None]
 
 
@@ -31,34 +31,34 @@ class Options(BaseModel):
 
 @dataclass(frozen=True)
 class Task:
-    """Input of a method: problem, solver, options, and objects that record its effort and progress."""
+    """Input of a method: problem, solver, options, and objects that record effort and progress."""
 
-    problem: Problem  #: problem of a scene, which is stable under its dead load
+    problem: Problem  #: problem of a scene that is stable under its dead load
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
-    options: Any = None  #: options of the method; None if the method has no options
+    options: Any = None  #: options of the method, or None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Cache of compiled programs. An analysis of the same scene with other friction or strength reuses them.
+    #: Cache of compiled programs, which analyses of the same scene with other friction or strength reuse.
     kept: ProgramCache = field(default_factory=ProgramCache)
-    #: Solution of the same problem by method "incremental"; None if that method is switched off.
+    #: Solution of the same problem by method "incremental", or None if this method is switched off.
     incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
-        """Return a copy of this task with the options of another method; the copy shares ``effort``."""
+        """Return a copy of this task with the options of another method. The copy shares ``effort``."""
         return replace(self, options=options, solver=solver or self.solver)
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Return a solution without its history, so that an analysis of a problem can start from it.
+    """Return a solution without its history, as the start of an analysis of the same scene.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
     if solution.q is None or solution.d is None:
         raise OptionError(
-            "option 'start': the result has no forces from which an analysis can start; pass another result"
+            "option 'start' is a result without forces, from which no analysis can start: pass another result"
         )
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
-        raise OptionError("option 'start': the result belongs to another scene; pass a result of this scene")
+        raise OptionError("option 'start' is a result of another scene: pass a result of this scene")
     return replace(solution, history=())
 
 
@@ -67,14 +67,14 @@ class Method:
     """Registry entry of a method."""
 
     name: str  #: name of the method, as users write it
-    runs: str  #: function that runs the method, as module:name within package ``methods``
-    takes: str = ""  #: class of the options, as module:name within package ``methods``; "" without options
-    #: Names of the solvers that the method can use, for each model (one of ``MODELS``). The first model and
-    #: the first solver are the defaults. An empty tuple means all solvers of linear programs.
+    runs: str  #: function that runs the method, as "module:name" in package ``methods``
+    takes: str = ""  #: class of the options, as "module:name" in package ``methods``; "" without options
+    #: Names of the solvers that the method can use, by model (modelling language). The first model and its
+    #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
-    associative: bool = False  #: True if the method's answer has associative flow
-    #: True if the method looks for the exact Coulomb state with the lowest load factor. A state of another
-    #: method with a lower load factor may replace the method's answer.
+    associative: bool = False  #: True if the method assumes associative flow
+    #: True if the method looks for the exact Coulomb state with the lowest load factor. Its answer may be
+    #: replaced by a lower state from another method.
     seeks_lowest: bool = False
     begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers
@@ -84,17 +84,17 @@ class Method:
 
     @property
     def run(self) -> Callable[[Task], Solution]:
-        """Function that runs the method. Its module is imported on first use, which may take seconds."""
+        """Function that runs the method. Its module is imported at the first use, which may take seconds."""
         return _named(self.runs)
 
     @property
     def options(self) -> type[Options] | None:
-        """Class of the method's options; None if the method has no options."""
+        """Class of the method's options, or None if the method has no options."""
         return _named(self.takes) if self.takes else None
 
     @property
     def settings(self) -> dict[str, type[Settings]]:
-        """Settings classes that the method accepts as values of options, by the name of the option."""
+        """Settings classes that the method accepts as values of its options, by name of the option."""
         known = self.options.model_fields if self.options else {}
         return {
             name: kind
@@ -118,6 +118,6 @@ def _classes_in(annotation: Any) -> list[type]:
 
 
 def _named(path: str) -> Any:
-    """Import and return the object with a path such as "mpec:mpec" (module:name in package ``methods``)."""
+    """Import the object with a path such as "mpec:mpec", which is module:name in package ``methods``."""
     module, name = path.split(":")
     return getattr(import_module(f"masonry_opt.methods.{module}"), name)

@@ -191,7 +191,7 @@ def test_earthquakes_after_a_settlement(command, tmp_path):
     path = tmp_path / "beam.toml"
     mo.save(beam(), path)
     assert "settled: 'R' by (0, -0.02)" in command("directions", path, "--settled", "R:0,-0.02")
-    with pytest.raises(OptionError, match="functions that take it: solve, solve_cases, directions, crossing"):
+    with pytest.raises(OptionError, match="accept 'settled': solve, solve_cases, directions, crossing"):
         mo.sweep(beam(), {"joints.friction": [0.5]}, settled=SINKS)
 
 

@@ -25,55 +25,55 @@ from masonry_opt.solvers.registry import Verdict
 _CONFLICTS_PURPOSE = "conflicts"  #: Key in a result's ``solvers`` for the programs that find conflicts.
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
-#: verified afterwards, so that a large value is admissible. A smaller value leaves more programs undecided.
+#: verified later, so a large value does no harm. A smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
 
-#: Share of the allowed residual that a conflict may have here, where residuals are computed in floating
-#: point. With a larger share, the exact arithmetic of the proof check may reject conflicts.
+#: Largest residual of a conflict, relative to the residual that the proof check allows. The check uses exact
+#: arithmetic and may reject conflicts if this share is larger.
 _SAFETY = 0.5
 
 
 class Undecided(Exception):
-    """Error: the linear programs do not decide whether chosen yield conditions are possible together."""
+    """Error that is raised if the existence of lower collapse states cannot be decided."""
 
 
 def total_load(problem: Problem, highest: float) -> float:
-    """Return the sum of all loads at a load factor, by which residuals of a proof are divided."""
+    """Return the sum of the magnitudes of all loads at a load factor, which scales residuals."""
     return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
 
 
 def friction_excess(problem: Problem) -> np.ndarray:
-    """Return μ − tan ψ, friction minus dilatancy, for each yield condition of sliding, shape (2k,)."""
+    """Return friction minus dilatancy, μ − tan ψ, of each sliding condition, shape (2k,) for k joints."""
     return np.tile(problem.friction - problem.dilatancy, len(problem.layout.senses))
 
 
 def senses_of(problem: Problem) -> np.ndarray:
-    """Return the indices of the two sliding conditions of each joint, one per direction, shape (k, 2)."""
+    """Return the indices of each joint's two sliding conditions, one per direction of slip, shape (k, 2)."""
     first = np.arange(len(problem.sliding))
     return np.column_stack([first, first + len(first)])
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least work of λ times the live load in a motion d (3b,), for λ from 0 to ``highest``."""
+    """Return the least power of the live load λ f_L in a mechanism d (3b,), for λ from 0 to ``highest``."""
     return min(0.0, highest * float(problem.live @ d))
 
 
 @dataclass(frozen=True, eq=False)
 class Refutation:
-    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve.
+    """Row multipliers that prove a linear program infeasible, and the yield conditions in the contradiction.
 
     ``blamed`` are the conditions that contradict each other according to the multipliers.
     """
 
     ray: np.ndarray  #: multipliers, shape (rows,)
-    #: True for yield conditions that the program fixed at yield or at rest, shape (faces,).
+    #: True for each yield condition that the program fixed at yield or at rest, shape (faces,).
     restricted: np.ndarray
-    #: True for restricted conditions whose multipliers exceed rounding errors, shape (faces,).
+    #: True for each fixed condition whose multiplier is larger than rounding errors, shape (faces,).
     blamed: np.ndarray
 
 
 class Theory(ABC):
-    """Base class of the linear programs of statics and kinematics, in which conditions can be fixed."""
+    """Base class of the two linear programs of a proof, in which chosen yield conditions can be fixed."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -90,16 +90,19 @@ class Theory(ABC):
         self._restricted = np.zeros(scaled.problem.faces, dtype=bool)
 
     def _solve(self) -> Verdict:
-        """Solve the program with its present bounds and costs, within the time limit of a program."""
+        """Solve the linear program within its time limit."""
         return self._session.solve(self._settings.longest_program)
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Fix given conditions (faces,) at yield (statics) or at rest (kinematics); release all others."""
+        """Fix the marked conditions (faces,): at yield in statics, at rest in kinematics.
+
+        All other conditions are released.
+        """
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return a mask of the yield conditions that the proof by row multipliers needs, shape (faces,).
+        """Return True for each yield condition that the proof by row multipliers needs, shape (faces,).
 
         Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
@@ -108,10 +111,10 @@ class Theory(ABC):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the contradicting conditions (conflict) that multipliers prove; None if the check fails."""
+        """Return the conflict that the multipliers prove, or None if the matrices do not confirm it."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
-        """Return the contradicting conditions (conflict) that a refutation proves, or None.
+        """Return the conflict, a set of contradicting yield conditions, that a refutation proves, or None.
 
         If the blamed conditions do not suffice, the conflict names all restricted conditions with a
         multiplier. None is returned if the check with the matrices fails. The problem and the largest load
@@ -123,9 +126,9 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Fix the given conditions (faces,); return a proof if the program is then infeasible, else None.
+        """Fix the marked conditions (faces,), and return a refutation if the program becomes infeasible.
 
-        Raise Undecided if HiGHS does not decide.
+        Return None if the program is feasible. Raise Undecided if HiGHS does not decide.
         """
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
@@ -141,7 +144,7 @@ class Theory(ABC):
 
 
 class Statics(Theory):
-    """Linear program of admissible forces with 0 ≤ λ ≤ highest, in which chosen conditions are at yield."""
+    """Linear program of admissible forces for 0 ≤ λ ≤ ``highest``, with chosen conditions fixed at yield."""
 
     def __init__(self, scaled: Scaled, effort: Effort, settings: ProofSettings) -> None:
         forces, _ = programs(scaled.problem)
@@ -153,7 +156,7 @@ class Statics(Theory):
         self._session.set_bounds("load_factor", 0.0, highest)
 
     def slacks(self) -> np.ndarray:
-        """Return the slacks at the last optimum, divided by max(1, μ), shape (faces,)."""
+        """Return the slack of each face at the last optimum, divided by max(1, μ), shape (faces,)."""
         z = self._problem.slacks(self._session.values("q"))
         return np.maximum(z, 0.0) / self._problem.steep
 
@@ -162,7 +165,7 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least λ, with its forces, at which the given conditions (faces,) are at yield.
+        """Return the least λ for which all marked conditions (faces,) can be at yield, with its forces.
 
         Load factor and forces are in scaled units. Return None if HiGHS finds no optimum.
         """
@@ -193,10 +196,11 @@ class Statics(Theory):
     def least_friction(
         self, problem: Problem, condition: int, highest: float
     ) -> EnergyBound | StaticConflict | None:
-        """Return a lower bound of the energy (μ − tan ψ) n of a sliding condition at yield, or None.
+        """Return a lower bound of the friction energy (μ − tan ψ) n of a sliding condition, or None.
 
-        Return a conflict instead if the condition cannot be at yield. None is returned if the matrices do not
-        confirm the bound or the conflict.
+        The bound is for forces at which this condition is at yield. If the condition cannot be at yield, a
+        conflict is returned instead. None is returned if the matrices do not confirm the bound or the
+        conflict.
         """
         sliders, alone = len(problem.sliding), np.arange(problem.faces) == condition
         cost = friction_excess(problem)[condition] * problem.N[[condition % sliders]].toarray()[0]
@@ -219,10 +223,10 @@ class Statics(Theory):
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return velocities d, rates p and the lower bound of cost·q that they prove, or None.
+        """Turn row multipliers into velocities d and rates p that prove a lower bound of cost·q.
 
-        If the multipliers prove no bound as they are, multipliers of the size of rounding errors are set to
-        zero, and the others are corrected. None is returned if the residuals are still too large.
+        Return d, p and the bound. If the multipliers prove no bound, those of the size of rounding errors are
+        set to zero, and the others are corrected. None is returned if the residuals are still too large.
         """
         d, p = -ray[: self._height], -ray[self._height :] / problem.steep
         found = self._proven(d, p, problem, highest, cost, held)
@@ -242,7 +246,7 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Check velocities d and rates p; return both and the bound of cost·q that they prove, or None.
+        """Check that velocities d and rates p prove a lower bound of cost·q, and return d, p and the bound.
 
         Negative entries of p are set to zero, except for conditions that are held at yield. None is returned
         if the residuals are too large compared with the bound.
@@ -260,7 +264,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocities d and rates p after the least change that removes a residual, shape (3c + t,)."""
+    """Correct velocities d and rates p by the least change that removes a residual of shape (3c + t,)."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
@@ -270,12 +274,12 @@ def _without_departure(
 
 
 class Kinematics(Theory):
-    """Linear program of mechanisms that a λ up to ``highest`` can drive, with chosen conditions at rest.
+    """Linear program of mechanisms that a load factor up to ``highest`` can drive.
 
-    Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state
-    λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in which γ is the slip of each joint that slides. The energy e
-    of a condition, shape (faces,), is its cohesion c. For sliding the least (μ − tan ψ) n is added. All
-    values are in scaled units.
+    Chosen conditions can be fixed at rest. The constraints are Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and
+    e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in which γ is
+    the slip of each joint that slides. The energy e of a condition, shape (faces,), is its cohesion c. For
+    sliding the least (μ − tan ψ) n is added. All values are in scaled units.
     """
 
     def __init__(self, scaled: Scaled, energy: np.ndarray, effort: Effort, settings: ProofSettings) -> None:
@@ -289,15 +293,15 @@ class Kinematics(Theory):
         self._session.set_upper_bound_of_row("energy", highest * self._problem.live_norm)
 
     def motion(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rates (faces,) and the velocities (3b,) of the last mechanism."""
+        """Return the rates (faces,) and the velocities (3b,) at the last optimum."""
         return np.maximum(self._session.values("p"), 0.0), self._session.values("d")
 
     def _restrict(self, conditions: np.ndarray) -> None:
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # The proof needs C(tan ψ) q + weight · e ≥ 0 for each condition that may move. Conditions with a
-        # negative value must therefore be at rest.
+        # The proof needs a resistance C(tan ψ) q + weight · e ≥ 0 of each condition that may move. Conditions
+        # with a negative resistance must therefore be at rest.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 
@@ -330,7 +334,7 @@ class Kinematics(Theory):
         problem: Problem,
         gain: float,
     ) -> KinematicConflict | None:
-        """Return the conflict that forces (3c + t,) prove; None if their residuals are too large."""
+        """Return the conflict that forces q (3c + t,) prove, or None if their residuals are too large."""
         resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
         unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
         lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
@@ -342,7 +346,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces (3c + t,) that balances blocks and cancels small resistances."""
+    """Return the least change of forces (3c + t,) that removes the given residuals."""
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
     change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]
@@ -350,9 +354,10 @@ def _balancing(
 
 
 def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
-    """Build the program of :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion` from the matrices.
+    """Return the linear program of mechanisms that a load factor can drive, built from the matrices.
 
-    The columns are "p" and "d". The row "energy" is the energy balance, whose upper bound is set later.
+    CVXPY declares it as :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`. The columns are "p" and
+    "d". The row "energy" is the energy balance, whose upper bound is set later.
     """
     _, motion = programs(problem)
     row = sp.csc_array(np.append(energy, -problem.dead)[None, :])

@@ -15,7 +15,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return why a proof is not possible for a problem; an empty string if it is possible."""
+    """Return why no proof is possible for a problem. The text is empty if a proof is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
@@ -58,12 +58,12 @@ class LeastProof:
         return 0 if self._search is None else self._search.programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state of another search as the best state if its load factor is lower."""
+        """Store a given exact state in ``best`` if its load factor is lower."""
         if self.best is None or is_lower(state.load_factor, self.best.load_factor):
             self.best = state
 
     def run(self, seconds: float, programs: int) -> bool:
-        """Search within limits of time and of linear programs, and return True if the search has ended.
+        """Search within a limit of time and a number of linear programs; return True if the search has ended.
 
         The search ends with a proof, or with the reason why there is no proof. A search that has not ended
         can be run again; it then continues with all learned clauses.
@@ -94,21 +94,21 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor below which states are searched for; None without a state or a range."""
+    """Return the load factor below which the search begins, or None if no upper bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
         return None
-    # The search starts a little above the end of the range, so that it also finds a state at the end itself.
+    # Start slightly above the end of the range, so that a state at the end itself is found too.
     return upper + 2 * settings.gap * max(upper, SMALLEST)
 
 
 def _without_range(start: float | None) -> str:
-    """Return why a search below a load factor is impossible; an empty string if it is possible."""
+    """Return why no search below a load factor is possible. The text is empty if a search is possible."""
     if start is None:
-        return "neither an exact state nor an upper bound is known, below which to search"
+        return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
     if start <= ZERO:
-        return "the range of the search ends at a load factor of zero or less, so no lower λ can be excluded"
+        return "the search ends at a load factor of zero or less, so a proof can exclude no lower λ"
     return ""
 
 
@@ -119,7 +119,7 @@ def prove_least(
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
 ) -> LeastProof:
-    """Search for states with λ from zero to the lowest known λ, and prove that no further state exists.
+    """Search for states between λ = 0 and the lowest known λ, and prove that no further state exists.
 
     Parameters
     ----------

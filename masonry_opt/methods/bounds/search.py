@@ -36,11 +36,11 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 class ConflictSearchTimeout(Exception):
-    """Error: the search has used up its time or its number of linear programs."""
+    """Error that is raised if the search reaches its time limit or its number of linear programs."""
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
-    """Search for states below the lowest known λ, until the learned conflicts exclude all of them.
+    """Search for collapse states below the lowest known λ, until the learned conflicts exclude them all.
 
     CaDiCaL calls the methods from ``on_assignment`` to ``decide`` (interface IPASIR-UP).
     """
@@ -48,28 +48,27 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def __init__(self, task: Task, known: float, settings: ProofSettings) -> None:
         super().__init__()
         self._task, self._problem, self._settings = task, task.problem, settings
-        #: Time at which the search stops, and number of programs after which it stops. A stopped search can
-        #: be continued.
+        #: Time and number of linear programs at which the search stops. A stopped search can be continued.
         self._ends, self._most_programs = inf, settings.most_programs
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: lowest load factor of all known exact states
-        self.best: Answer | None = None  #: exact state with the lowest load factor that this search has found
-        self.highest = bound_below(known, settings)  #: load factor up to which states are excluded
+        self.best: Answer | None = None  #: lowest exact state that this search has found
+        self.highest = bound_below(known, settings)  #: load factor up to which the proof excludes states
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
         self.senses = senses_of(task.problem)
         self._statics.set_highest(self.highest / self._scaled.load_factor)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
-        #: Value that the SAT solver has assigned to each yield condition, shape (faces,): 1 if the face
-        #: moves, −1 if it is at rest, 0 if no value is assigned.
+        #: Value of each yield condition, shape (faces,). The SAT solver assigns 1 if the face moves and −1 if
+        #: it is at rest; 0 means that no value is assigned.
         self._values = np.zeros(task.problem.faces, dtype=int)
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
-        self._clause: list[int] | None = None  # learned clause that the SAT solver has not yet received
+        self._clause: list[int] | None = None  # learned clause, not yet passed to the SAT solver
         self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
         # Rates and velocities of the last feasible mechanism.
         self._motion: tuple[np.ndarray, np.ndarray] | None = None
@@ -77,7 +76,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._stopped: BaseException | None = None
 
     def run(self, ends: float, more: int) -> None:
-        """Search until no assignment of values to the yield conditions satisfies all clauses.
+        """Search until the learned clauses exclude all assignments of the yield conditions.
 
         The search stops when ``time.perf_counter`` reaches ``ends``, or after ``more`` linear programs, and
         then raises ConflictSearchTimeout. A further call continues the search with its learned clauses.
@@ -108,10 +107,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return refiner_of(self._task)
 
     def lower_to(self, load_factor: float) -> None:
-        """Restrict the search to load factors below a state that another search has found.
+        """Restrict the search to load factors below ``load_factor``.
 
-        Conflicts remain valid for every lower load factor. Raise Undecided if the load factor is zero, so
-        that no range remains to be searched.
+        All conflicts remain valid, because they hold for every lower load factor. Raise Undecided if the load
+        factor is zero, because no lower load factor remains.
         """
         if load_factor >= self.known:
             return
@@ -129,7 +128,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._effort.lp_solves - self._solved_before
 
     def proof(self) -> Proof:
-        """Return the proof; call this method only after a search that has run to its end."""
+        """Return the proof. Call this method only after ``run`` has returned without an exception."""
         return Proof(
             bound=self.highest,
             load_factor=self.known,
@@ -148,11 +147,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._examined = False
 
     def on_new_level(self) -> None:
-        """Record that the SAT solver makes a decision, which opens a new level."""
+        """Record that the SAT solver makes a decision and thereby opens a new decision level."""
         self._levels.append(len(self._trail))
 
     def on_backtrack(self, to: int) -> None:
-        """Remove the values that were assigned above the decision level ``to``."""
+        """Remove all values that were assigned after the decision level ``to``."""
         if to < len(self._levels):
             first = self._levels[to]
             self._values[self._trail[first:]] = 0
@@ -160,16 +159,16 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Examine the partial assignment, and return an empty list, because no values are propagated."""
+        """Examine the partial assignment. Return an empty list, because no values are propagated."""
         self._guarded(self._examine)
         return []
 
     def provide_reason(self, lit: int) -> list[int]:
-        """Return an empty list, because this propagator assigns no values."""
+        """Return an empty list, because this propagator never assigns a value."""
         return []
 
     def check_model(self, model: list[int]) -> bool:
-        """Examine a complete assignment; return True if no conflict excludes it, which ends the search."""
+        """Examine a complete assignment, and return True if no conflict excludes it. True ends the search."""
         values = np.sign(np.array(model[: self._problem.faces]))
         self._values[:] = values
         self._examined = False
@@ -177,7 +176,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._clause is None
 
     def has_clause(self) -> bool:
-        """Return True if there is a clause that the SAT solver has not yet received."""
+        """Return True if a learned clause must still be passed to the SAT solver."""
         return self._clause is not None
 
     def add_clause(self) -> list[int]:
@@ -186,9 +185,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return clause or []
 
     def decide(self) -> int:
-        """Decide that the unassigned face with the largest product z p moves, and return its variable.
+        """Choose the unassigned face with the largest product of slack z and rate p as a moving face.
 
-        If the method returns zero, the SAT solver makes the decision.
+        Return its SAT variable. Zero leaves the decision to the SAT solver.
         """
         self._decisions += 1
         if self._slacks is None or self._motion is None or self._decisions % self._settings.decide_every:
@@ -198,7 +197,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action; if it raises an exception, store the exception and end the search.
+        """Run an action. If it raises an exception, store the exception and end the search.
 
         Exceptions cannot pass through the SAT solver. An empty clause ends it, and ``run`` then raises the
         stored exception.
@@ -211,7 +210,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Refute the assignment, or find a state with a lower load factor, or else change nothing."""
+        """Try to refute the present assignment, or to find a lower state with it."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -233,7 +232,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Restrict a program; if it is infeasible, learn a minimal conflict and return True.
+        """Fix conditions in a program. If it becomes infeasible, learn a minimal conflict and return True.
 
         Return True without a conflict if HiGHS or the matrices do not confirm the refutation. The assignment
         then remains, and a conflict may be confirmed after more values are assigned.
@@ -244,8 +243,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             return True
         if found is None:
             return False
-        # Conditions are released from the last assigned to the first, because a clause of conditions that
-        # were assigned early lets the SAT solver revoke more decisions.
+        # Try to drop each condition from the conflict, the last assigned first. The clause then consists of
+        # conditions that were assigned early, and the SAT solver can revoke more decisions.
         refutations = [found]
         for condition in [one for one in reversed(self._trail) if found.blamed[one]]:
             if refutations[-1].blamed[condition]:
@@ -258,9 +257,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict and the clause of the last refutation that a check with the matrices confirms.
+        """Store the conflict of the last refutation that the matrices confirm, and its clause.
 
-        Nothing is stored if the check confirms no refutation.
+        Nothing is stored if the matrices confirm no refutation.
         """
         for found in reversed(refutations):
             conflict = theory.conflict(found, self._problem, self.highest)
@@ -270,10 +269,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Look for an exact state of lower λ near the last mechanism; store it and return True if it exists.
+        """Look for a lower exact state near the last mechanism. If it exists, store it and return True.
 
-        Raise Undecided if only blocks without load move in the state: such a state is not an answer, but its
-        existence prevents a proof.
+        Raise Undecided if only blocks without load move in the state. The state is then no answer, and it
+        prevents a proof.
         """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
@@ -286,7 +285,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the exact state of lowest λ near the last forces and a mechanism, or None.
+        """Return the exact state of lowest λ near the last forces and the given mechanism, or None.
 
         Three sets of forces are examined: the last forces, the forces of least λ for which the moving faces
         of the mechanism are at yield, and the forces that the search for exact states finds from there. The
@@ -303,7 +302,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
-        """Return an answer with certificate from velocities, and from λ and forces in scaled units."""
+        """Convert a state in scaled units to an answer with a certificate."""
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
     def _is_lower(self, one: Answer) -> bool:
@@ -328,7 +327,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return multipliers that prove a restricted linear program infeasible, or None.
+    """Return multipliers that prove a linear program with fixed conditions infeasible, or None.
 
     The given conditions, shape (faces,), are at yield in the program of forces, and at rest in the program of
     mechanisms. None is returned if the program is feasible or if HiGHS does not decide.
@@ -340,5 +339,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the load factor up to which a proof excludes states: a little below the best known λ."""
+    """Return the load factor up to which a proof excludes states, slightly below the lowest known λ."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

@@ -26,11 +26,12 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which a bracket seldom closes. On larger scenes a search for lower states comes
-#: first. The search lowers the upper end of the bracket, and thus the limits of the forces.
+#: Number of joints above which both ends of the bracket seldom become equal. On larger scenes the method
+#: first searches for lower states, which lower the upper end of the bracket and thus the limits of the
+#: forces.
 _MANY_JOINTS = 60
 
-#: Share of the time limit for the search for lower states on scenes with many joints.
+#: Share of the time limit that the search for lower states takes on scenes with many joints.
 _SEARCHING = 0.05
 
 
@@ -50,7 +51,7 @@ class GlobalOptions(Options):
 
 
 def global_search(task: Task) -> Solution:
-    """Return the Coulomb state with the lowest λ ≥ 0 found, and a lower bound of the least load factor.
+    """Return the lowest Coulomb state found with λ ≥ 0, and a lower bound of the least load factor.
 
     Raises KeyboardInterrupt if the search for a lower state is interrupted. Raises TimeLimitReached if the
     time limit is over before an upper bound is known.
@@ -60,8 +61,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # The kind is that of a Coulomb answer, because unlimited load under associative flow does not prove
-        # that the scene carries any load with Coulomb friction.
+        # Unlimited load under associative flow does not prove unlimited load with Coulomb friction, so the
+        # solution is marked as a Coulomb answer.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -70,11 +71,11 @@ def global_search(task: Task) -> Solution:
     if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
     if start.proof is not None:
-        # The default method has proven that no state has a lower load factor, so that the programs of
-        # products are not needed.
+        # The default method has already proven that no state has a lower load factor: no relaxations are
+        # needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
-    # If associative flow locks the joints, the load factor of an exact state is the only upper bound.
+    # If associative flow locks the joints, only an exact state yields an upper bound.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]
     if upper_bounds == [None, None]:
         return upper
@@ -86,8 +87,8 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # The method divides the time among its programs, and each program has at least one second. The time
-        # limit of a study of several scenes may end before that of the method.
+        # A study of several scenes has its own time limit, which may end earlier than that of the method. The
+        # method divides the remaining time among its programs itself.
         ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
             solution = _raised(task, solution, rising, began, ends)
@@ -97,7 +98,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds within the time limit of the bracket.
+    """Return the lowest state that the default method finds in the time left of method "global".
 
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.
@@ -107,19 +108,20 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         with limited(left):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
-            # Without a search, look near the forces of the solution, because the forces of a scene that is
-            # unstable under its dead load may also lead to an exact state.
+            # Without a search, look for an exact state near the forces of the solution. Even the forces of a
+            # scene that is unstable under its dead load may lead to an exact state.
             return start if search is not None else search_lower(task, start, SearchLimits())
     except TimeLimitReached as stop:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
-    """Raise the lower bound of a solution by relaxations with more and more products until time is over.
+    """Raise the lower bound of λ by a sequence of larger and larger relaxations until the time is over.
 
     ``began`` and ``ends`` are values of ``time.perf_counter``.
 
-    On scenes with few joints, lower exact states are also looked for near the forces of the programs.
+    On scenes with few joints, the method also looks for lower exact states near the forces of the
+    relaxations.
     """
     problem, refiner = task.problem, refiner_of(task)
     for step, size, forces in rising.programs(ends, began):
@@ -147,7 +149,7 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(problem, answer.q, answer.d):
-        # The assumptions exclude this state, so that the bound is not valid for all states.
+        # The assumed limits exclude this known state, so the bound is not valid for all states.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
     if not closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED

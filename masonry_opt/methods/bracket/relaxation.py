@@ -25,84 +25,84 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Limit of forces that is assumed if the static conditions set no limit, relative to the sum of all loads. A
-#: smaller value may exclude states with large forces.
+#: If statics set no limit of the forces, this multiple of the sum of all loads is assumed. A smaller value
+#: may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
-#: Limit of the rates and velocities of the mechanisms that an infeasibility proof must exclude. Mechanisms
-#: with larger rates or velocities are not considered.
+#: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
+#: not considered.
 _LARGEST_MOTION = 1e9
 
-#: Tolerance of the interior point methods.
+#: Tolerance of the interior-point methods.
 _TOLERANCE = 1e-7
 
-#: Number of rows up to which the older interior-point method of HiGHS is tried first. Up to this number it is
-#: two to three times as fast as HiPO, and closer to the optimum. With more rows it mostly ends without
-#: multipliers.
+#: Number of rows up to which the older interior-point method of HiGHS is tried before the newer method, HiPO.
+#: On programs with fewer rows, the older method is two to three times as fast and closer to the optimum. On
+#: programs with more rows, it mostly ends without multipliers.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, relative to the relative gap of λ. With a smaller tolerance, half of the iterations
-#: improve only the last hundredth of a bound. The next program, with more products, improves the bound by
-#: half as much again.
+#: Tolerance of HiPO, as a share of the relative gap between the bounds of λ. With a smaller tolerance, half
+#: of the iterations improve a bound by only a hundredth. The next program, with more products, improves the
+#: bound much more.
 _COARSE = 0.05
 
-#: Bound of velocities that is passed to the solver if the program has no bound, in units of the live load's
-#: mean velocity. With unbounded columns HiPO stalls or fails, and the older interior-point method of HiGHS
-#: fails on a few scenes. The proof does not use this number.
+#: Limit of velocities for columns without bounds, in units of the live load's mean velocity. The solver needs
+#: it, because HiPO stalls or fails on unbounded columns, and the older interior-point method of HiGHS fails
+#: on a few scenes. The proof does not use this number.
 _FASTEST = 20.0
 
 #: Rate or velocity below which a face or a block counts as at rest.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of a program, if its time is not limited.
+#: Largest number of iterations of one program. It also ends programs without a time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
-#: Least time limit of a program, in seconds.
+#: Smallest time limit of one program, in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the two factors of a product. In each entry, the first number is for
-#: products of forces and rates, the second for products of forces and velocities. The next entry is used if
-#: the gap is still open and time remains.
+#: Largest distances, in blocks, between the two factors of a product, one pair per program. In each pair, the
+#: first number is for products of a force and a rate, the second for products of a force and a velocity. The
+#: next pair is used if the bounds of λ still differ and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
-#: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin the
-#: programs would have no interior.
+#: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
+#: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
 
-#: If a program closes more than this share of the gap, it is solved again with the tighter limits of forces
-#: that follow from its bound. Otherwise a program with more products follows, which takes three to ten times
-#: as long.
+#: If a program closes more than this share of the gap between the bounds of λ, it is solved again. The force
+#: limits are then tighter, because the bound is better. Otherwise the next program has more products and
+#: takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
-#: Largest number of products in a program. With a larger number programs need more memory.
+#: Largest number of products in a program. A larger number needs more memory.
 _MOST_PRODUCTS = 400_000
 
-#: Smallest limit of the sum of rates that is assumed if the kinematic conditions set no limit, in units of
-#: the mean velocity of the live load.
+#: If kinematics set no limit of the sum of all rates, a limit is assumed. This is the smallest assumed limit,
+#: in units of the mean velocity of the live load.
 _LEAST_RATES = 100.0
 
-#: Limit of the sum of rates that is assumed if the kinematic conditions set no limit, relative to the sum in
-#: the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in the
-#: lowest known state is 30 to 140.
+#: If kinematics set no limit of the sum of all rates, this multiple of the sum in the lowest known state is
+#: assumed. A smaller value may exclude states with large rates. On walls, the sum in the lowest known state
+#: is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Upper bounds of the forces and rates of all collapse states with λ in an interval."""
+    """Upper bounds of the forces and the rates of all collapse states whose λ is in a given interval."""
 
-    lowest: float  #: lower limit of the load factors of the states
+    lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
+    forces: np.ndarray  #: largest edge forces x₂, x₃ and shear z₀ (or s) of each joint, shape (3c,)
     rates: float  #: largest sum of all slips and edge openings
-    #: True if statics imply the limits of forces. If False, some limits are assumed, and results are valid
-    #: only for smaller forces.
+    #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
+    #: only for states with smaller forces.
     forces_derived: bool
     #: True if kinematics imply the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if forces q (3c,) and velocities d (3b,) are within the limits that are assumed."""
+        """Return True if forces q (3c,) and velocities d (3b,) are within all assumed limits."""
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())
@@ -132,14 +132,14 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds for states with ``lowest`` ≤ λ ≤ ``highest``; no bound exceeds the bound in ``of``.
+    """Tighten the bounds ``of`` for states with ``lowest`` ≤ λ ≤ ``highest``.
 
     The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # Keep the earlier bounds: bounds derived for more states are better than assumed bounds.
+        # Keep the earlier bounds of the forces, because some of the new bounds are only assumed.
         return replace(of, lowest=lowest)
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
@@ -148,11 +148,11 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return upper bounds of normal forces and of edge forces, and True if statics imply all bounds.
+    """Return upper bounds of the joint forces, and True if statics imply all bounds.
 
-    The shapes are (c,) and (3c,). The flag is True if none of the forces is assumed. Programs find the
-    largest values of the forces that limit all others: n of every joint, and s of each joint that cannot
-    slide.
+    The first array has the largest normal forces, shape (c,), the second the largest edge forces, shape
+    (3c,). The flag is False if a limit is assumed. Linear programs maximise the forces that limit all others:
+    n of every joint, and s of each joint that cannot slide.
     """
     forces = CvxpyForces(problem, within=within)
     session, q = HighsSession(forces.program, effort, "bounds"), forces.statics.q
@@ -161,7 +161,7 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # Every force is at most ``share`` times (1 + the sum of the targets).
+    # No force is larger than ``share`` · (1 + the sum of all target forces).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -187,7 +187,7 @@ def _force_limits(
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Return upper bounds of the entries of x ≥ 0, if xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
+    """Return upper bounds of all entries of x ≥ 0, given that xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
 
     If the sum of ``short`` is too large to bound Σ x, the bound is infinite for each j with shortⱼ > 0.
     """
@@ -198,7 +198,7 @@ def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
-    """Return the largest sum of slips and edge openings over mechanisms that can occur up to λ = ``highest``.
+    """Return the largest sum of slips and edge openings of all mechanisms possible up to λ = ``highest``.
 
     Raising the blocks takes at most ``highest`` times the work of the live load in these mechanisms. The
     result is infinite if the solver finds no largest rate of some face.
@@ -235,24 +235,24 @@ def velocities_by_rates(problem: Problem) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BoundStep:
-    """Record of one linear relaxation, in which products of forces and rates are variables."""
+    """Record of one linear relaxation, whose variables are products of forces and rates."""
 
-    #: Lower bound of λ that the multipliers prove, for states whose rates are below the assumed limit.
+    #: Lower bound of λ that the multipliers prove. It is valid for states within the assumed limits.
     bound: float
-    lowest: float  #: lower bound of λ from earlier programs; this program includes only states with larger λ
+    lowest: float  #: lower bound of λ from earlier programs, and least λ in this program
     load_factor: float  #: load factor λ of the best known state
-    #: The products of a force and a rate are variables only if their joints are at most this many blocks
-    #: apart.
-    rates_within: int
-    #: The products of a force and a velocity are variables only if the joint and the moving block are at most
+    #: The relaxation has a variable for the product of a force and a rate only if their joints are at most
     #: this many blocks apart.
+    rates_within: int
+    #: The relaxation has a variable for the product of a force and a block velocity only if joint and block
+    #: are at most this many blocks apart.
     velocities_within: int
     products: int  #: number of products
     seconds: float  #: time since the method began
 
 
 def distances(problem: Problem) -> Pairs:
-    """Return the distances between joints, shape (c, c), and from joints to blocks, shape (c, b).
+    """Return the distances from joint to joint, shape (c, c), and from joint to block, shape (c, b).
 
     A distance is the number of steps from block to block through joints.
     """
@@ -267,26 +267,29 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Solve a relaxation; return a lower bound of λ, forces from which a search can start, and its size.
+    """Solve one relaxation, and return a lower bound of λ, joint forces and the size of the program.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
-    follows from the multipliers that the solver reaches within ``seconds``. The forces have shape (3c,).
+    follows from the multipliers that the solver reaches within ``seconds``. A search can start from the
+    forces, each of shape (3c,).
     """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    # Each variable is a product. Collect the column of each product and the indices of its two factors.
+    # Each variable is a product of two factors: collect the column of each product and the indices of its
+    # factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # Set bounds of the columns for the solver. Bounds of rotations are divided by 2, the usual joint length.
+    # The limit of an angular velocity is that of a velocity, divided by a usual joint length of 2.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # The bound is reduced by the shortfall of the reduced costs times the largest value of each product.
+    # The multipliers are not exactly feasible: reduce the bound by their infeasibility times the largest
+    # products.
     value, short = lp.least(multipliers)
     shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
     bound = max(of.lowest, value - shortfall[-1] - of.rates * _largest_per_rate(model, shortfall[:-1]))
@@ -294,20 +297,21 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return the largest shortfall of the reduced costs, per unit of the sum of all rates.
+    """Return the largest infeasibility of the multipliers per unit of the sum of all rates.
 
-    The shortfall, shape (rates + velocities,), is that of rates and of the velocities that follow from them.
+    ``shortfall`` has the infeasibility of the reduced costs per unit of each rate and of each velocity, shape
+    (rates + velocities,). The velocities follow from the rates.
     """
     problem, factors, start = model.problem, model.factors, model.factors.velocities.start
     by_rates = np.abs(velocities_by_rates(problem)).T @ shortfall[start:]
-    # A rocking rate is half an edge opening, so its shortfall per unit of opening is half as large. It is
-    # halved again because in_edges multiplies the entries of rocking rates by 2.
+    # Convert rocking rates to edge openings. A rocking rate is half of an edge opening, which is a factor of
+    # 1/2. The second factor of 1/2 cancels the factor of 2 that in_edges applies to rocking rates.
     by_rates[problem.table.rocks] /= 4
     return float((shortfall[:start] + factors.in_edges(by_rates)).max())
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Extract joint forces, each of shape (3c,), from the values of the products.
+    """Return joint forces, each of shape (3c,), that are computed from the values of the products.
 
     The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
     that is not zero, a further array has the products of the forces with it, divided by it. The further
@@ -327,9 +331,9 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the solver's point, shape (columns,), and multipliers, shape (rows,), within a time limit.
+    """Solve a linear program within a time limit, and return its columns and its row multipliers.
 
-    Both arrays are zero if no solver ends with finite numbers.
+    The shapes are (columns,) and (rows,). Both arrays are zero if no solver ends with finite numbers.
     """
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
@@ -343,8 +347,8 @@ def _solved(
         left = ends - time.perf_counter()
         if left < LEAST_TIME and multipliers.any():
             break
-        # Presolve is off, because a presolved program that reaches the time limit has no multipliers of the
-        # original program. HiPO must use the normal equations, because it stalls with the augmented system.
+        # Presolve is off, because multipliers of the original program would be missing at the time limit.
+        # HiPO uses the normal equations, because it stalls with the augmented system.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
             "presolve": "off",
@@ -365,27 +369,27 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ, which a sequence of programs with more and more products raises."""
+    """Lower bound of λ that a sequence of larger and larger programs raises."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: lowest known load factor, λ > 0; callers replace it by a lower one
+        self.best = best  #: lowest known load factor, λ > 0, which callers may lower
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Limits of forces and rates of all states up to the lowest known λ; some limits may be assumed.
+        #: Limits of the forces and rates of all states up to the lowest known λ. Some limits may be assumed.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve programs with more and more products; yield record, size and joint forces of each program.
+        """Solve larger and larger programs, and yield the record, size and joint forces of each program.
 
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.
 
-        Each program includes only states above the last bound. Their forces have smaller limits, so that the
-        same number of products proves a higher bound. A program is therefore repeated as long as a repetition
-        closes a large share of the gap.
+        Each program has more products than the last one. A program includes only states above the last bound.
+        The forces of these states have smaller limits, so that an equal number of products proves a higher
+        bound. A program is therefore repeated as long as each repetition closes a large share of the gap.
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
@@ -412,24 +416,24 @@ class Rising:
 
 
 def a_little_above(best: float) -> float:
-    """Return the largest load factor of the programs, a little above the lowest known load factor."""
+    """Return the largest λ of the programs, which is slightly larger than the lowest known load factor."""
     return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
-    """Return the sum of slips and edge openings that is assumed if kinematics set no limit.
+    """Return the assumed limit of the sum of slips and edge openings if kinematics set no limit.
 
-    The sum is proportional to the sum in the lowest state, whose velocities d have shape (3b,), and has a
+    The limit is a multiple of the sum in the lowest state, whose velocities d have shape (3b,), and has a
     minimum. ``d`` is None if no state is known.
     """
     return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
 
 
 def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
-    """Return the sum of slips and edge openings under block velocities d, shape (3b,)."""
+    """Return the sum of all slips and edge openings for block velocities d, shape (3b,)."""
     return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
 
 
 def closed(bound: float, load_factor: float) -> bool:
-    """Return True if a lower bound equals a load factor, up to the relative difference ``CLOSED``."""
+    """Return True if a lower bound and a load factor are equal up to a relative difference of ``CLOSED``."""
     return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)

@@ -42,7 +42,7 @@ STEPS: tuple[CoulombStep, ...] = (
     Loop(),
 )
 
-_SEARCH = "search for lower states"  #: Name of the search in the log of the solution.
+_SEARCH = "search for lower states"  #: Name of the search in the log of a solution
 
 
 class CoulombOptions(Options):
@@ -78,7 +78,7 @@ class CoulombOptions(Options):
     @model_validator(mode="after")
     def _ends_a_search(self) -> "CoulombOptions":
         if self.until is not None and self.search is None:
-            raise ValueError("'until' ends a search early: also set 'search', its longest time in seconds")
+            raise ValueError("'until' ends a search early: also set option 'search', its time in seconds")
         return self
 
     @field_validator("start", mode="before")
@@ -86,7 +86,7 @@ class CoulombOptions(Options):
     def _is_a_result(cls, start: Any) -> Any:
         if start is None or isinstance(start, Solution):
             return start
-        raise ValueError("must be a result, such as the value of mo.solve(scene), which only Python can pass")
+        raise ValueError("must be a result of mo.solve(scene), which can be passed only in Python")
 
 
 def coulomb(task: Task) -> Solution:
@@ -109,7 +109,7 @@ def coulomb(task: Task) -> Solution:
     if searches and task.problem.dilatancy_depends_on_stress:
         name = "start" if options.search is None else "search"
         raise OptionError(
-            f"option '{name}' does not support dilatancy that falls with stress: omit the option, or omit "
+            f"option '{name}' does not support dilatancy that falls with stress: omit this option, or omit "
             "'dilatancy_stress'"
         )
     start = options.start
@@ -125,7 +125,7 @@ def coulomb(task: Task) -> Solution:
 
 
 def _run_steps(task: Task, options: CoulombOptions) -> Solution:
-    """Run all steps that apply, and return the solution with a log of the steps."""
+    """Run all steps that apply to the scene, and return the solution with a log of the steps."""
     run = CoulombRun(task, options.descent, options.settings, options.budget)
     log: list[LogEntry] = []
     for step in STEPS:
@@ -141,7 +141,7 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
 
 
 def _run_step(step: CoulombStep, run: CoulombRun) -> None:
-    """Run a step. If the time limit stops it, end the run with the collapse state that is known.
+    """Run a step. If the time limit stops the step, end the run with the lowest known collapse state.
 
     Raises TimeLimitReached if no collapse state is known.
     """
@@ -155,7 +155,7 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than a solution; return the lowest, and extend the log."""
+    """Search for exact states with a lower λ than a solution has, and return the lowest state."""
     began = time.perf_counter()
     limits = SearchLimits(options.search, options.until, options.seed)
     found = search_lower(task, first, limits, options.settings, options.budget)
@@ -165,7 +165,7 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
 
 
 def _solution(run: CoulombRun) -> Solution:
-    """Return the solution of the step that ended the run, or else the exact state with the lowest λ."""
+    """Return the solution of the step that ended the run, or the lowest state if no step ended it."""
     if run.ended is not None:
         return run.ended
     solution = run.recorded(Status.CONVERGED)

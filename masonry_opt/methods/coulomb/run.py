@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class CoulombRun:
-    """Data of one run of the default method, which its steps read and extend.
+    """Data of one run of the default method. Its steps read and extend the data.
 
     Attributes
     ----------
@@ -54,7 +54,8 @@ class CoulombRun:
     ) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
         self.settings, self.budget = settings, budget
-        # A study counts the programs of all its runs in one effort, so the count at the start is subtracted.
+        # A study counts the linear programs of all its runs together, so the count at the start of this run
+        # is subtracted later.
         self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
         self.incremental: Solution | None = None
@@ -82,18 +83,19 @@ class CoulombRun:
 
     @cached_property
     def states(self) -> "LowestState":
-        """Record of the exact states so far, with the lowest of them."""
+        """Record of the exact states found so far and of the lowest one."""
         return LowestState(self.task, self.analysis, self.settings)
 
     @property
     def answer(self) -> Answer | None:
-        """Exact state with the lowest load factor so far; None if no exact state was found."""
-        # Steps look for exact states only after a load history was computed.
+        """Collapse state with the lowest load factor so far, or None if no state was found."""
+        # Without a load history no state is known yet, because every search for a state needs the load
+        # history.
         return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor that the run would return if it ended now; None if it has no answer yet."""
+        """Load factor of the present answer, or None if the run has no answer yet."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -102,7 +104,7 @@ class CoulombRun:
 
     @property
     def is_only_state(self) -> bool:
-        """True if all exact states must have the load factor of the answer.
+        """True if all exact states have the same load factor as the answer.
 
         This is so if equilibrium fixes all forces, or if all joints follow associative flow. Further starts
         are then useless.
@@ -114,11 +116,11 @@ class CoulombRun:
 
     @property
     def exact_states(self) -> int:
-        """Number of different exact states that were found so far."""
+        """Number of different exact states found so far."""
         return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
-        """Return the state of lowest λ as a solution, with the numbers of starts and of states found."""
+        """Return the lowest state as a solution, with the number of starts and the number of states found."""
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
@@ -127,7 +129,7 @@ class CoulombRun:
 
 
 def with_proof(solution: Solution, proof: Proof | None) -> Solution:
-    """Return a solution with the proof that no state has a lower load factor than its answer.
+    """Add to a solution the proof that no state has a lower load factor than its answer.
 
     The solution is returned unchanged if there is no proof, or if the proof is for another load factor.
     """
@@ -139,7 +141,7 @@ def with_proof(solution: Solution, proof: Proof | None) -> Solution:
 
 
 class LowestState:
-    """Record of the exact states that were found, and of the one with the lowest load factor."""
+    """Record of the exact states that were found, and of the state with the lowest load factor."""
 
     def __init__(self, task: Task, analysis: IncrementalAnalysis, settings: SearchSettings = SEARCH) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
@@ -153,14 +155,14 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """State finder that alternates kinematic and static programs, solved by interior-point methods."""
+        """State finder that solves kinematic and static programs alternately, by interior-point methods."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task, self._settings)
 
     @property
     def answer(self) -> Answer | None:
-        """State with the lowest load factor found so far; None if no state was found.
+        """State with the lowest load factor found so far, or None if no state was found.
 
         States from the simplex method or from a proof have priority over states from the load history or from
         cone programs.
@@ -168,7 +170,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state with a lower load factor that the search for a proof has found.
+        """Store an exact state of lower λ that was found during the search for a proof.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.
@@ -180,7 +182,7 @@ class LowestState:
             self._report()
 
     def near(self, start: Answer) -> None:
-        """Look for an exact state near given joint forces, by the simplex or an interior-point method.
+        """Look for an exact state near the joint forces of ``start``, by a simplex or interior-point method.
 
         If the start itself is exact, it is recorded as a state too.
         """
@@ -188,8 +190,8 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # Certify the start again, because a state that is exact with a friction polygon may not be exact with
-        # the friction cone.
+        # Compute the certificate of the start again: a state that is exact with a friction polygon may not be
+        # exact with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -201,13 +203,13 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for lower states until ``starts`` successive starts have led to no lower state."""
+        """Look for lower states until ``starts`` successive starts have found none."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
 
     def look_further_in_space(self, history: LoadHistory | None) -> None:
-        """Look for states of lower λ, from forces of the load history and a fixed number of other starts."""
+        """Look for lower states from forces of the load history and from a fixed number of further starts."""
         settings = self._settings
         finder = ConeRefiner(
             self._problem, self._effort, self._alternation, settings.weight_series_in_space[0]
@@ -226,12 +228,12 @@ class LowestState:
             self._report()
 
     def _report(self) -> None:
-        """Report the load factor of the answer to the user if there is an answer."""
+        """Report the load factor of the present answer, if any, to the user."""
         if self.answer is not None:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the load factor of a meaningful state, and return True if the state may be the answer.
+        """Record the load factor of a physically meaningful state; return True if it may be the answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """
@@ -242,19 +244,19 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the joint forces (3c + t,) at some load steps, for example halfway through the history.
+    """Return the joint forces (3c + t,) of selected steps of the load history.
 
-    ``shares`` are the numbers of these steps, relative to the number of all steps.
+    ``shares`` are the positions of these steps in the history: 0.5 selects the step halfway through it.
     """
     if history is None:
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # Skip the first load step, which is the dead load alone, and the last, which was already a start.
+    # Skip the first step, which has no live load, and the last step, which was already used as a start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the exact answer if only one of two answers is exact, else the answer with the lower λ."""
+    """Return the exact one of two answers. If both or neither are exact, return the lower answer."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LowerState:
-    """Record of an exact state that had the lowest load factor when the search found it.
+    """Record of an exact state whose load factor was the lowest so far when the search found it.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class LowerState:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """Settings that determine when a search for lower exact states ends, and the seed of its random numbers.
+    """End conditions and random seed of a search for lower exact states.
 
     Attributes
     ----------
@@ -82,11 +82,11 @@ def search_lower(
     settings: SearchSettings = SEARCH,
     budget: ProofBudget = BUDGET,
 ) -> Solution:
-    """Search from the forces of a solution and from further starts; return the exact state of lowest λ.
+    """Search for lower exact states, from the forces of a solution and from further starts.
 
-    The search ends when its time is over, when a proof shows that no state has a lower load factor, or when
-    the user or the time limit interrupts it. If no exact state is found, the first solution is returned with
-    a reason.
+    Return the exact state with the lowest load factor as a solution. The search ends when its time is over,
+    when a proof shows that no state has a lower load factor, or when the user or the time limit interrupts
+    it. If no exact state is found, the first solution is returned with a reason.
     """
     if first.proven_none or (first.q is None and limits.seconds is None):
         return first
@@ -117,7 +117,7 @@ def search_lower(
 
 
 def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: ProofBudget) -> None:
-    """Search from one start after the other until λ is low enough, or until it is proven least.
+    """Search from successive starts until λ is low enough or is proven to be the least.
 
     On small scenes the starts alternate with the search for a proof. The lengths of these periods are numbers
     of linear programs rather than times, so that one seed always leads to the same states in the same order.
@@ -140,27 +140,26 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: 
 
 
 class _Lowest:
-    """Record of the state with the lowest load factor, and of all earlier states that were the lowest."""
+    """Record of the lowest state found so far, and of all states that were the lowest before it."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
         self.state: ExactState | None = None
-        self.stationary: bool | None = (
-            None  #: True if no mechanism that was tried lowers λ; None if this is not known
-        )
-        self.stop: KeyboardInterrupt | None = None  #: signal of the user or time limit that ended the search
+        #: True if no mechanism that was tried lowers λ; None if unknown.
+        self.stationary: bool | None = None
+        self.stop: KeyboardInterrupt | None = None  #: user interrupt or time limit that ended the search
         self.missed = Code.NOT_FOUND  #: reason why no state was found
         self.history: list[LowerState] = []
-        self.met = StateRecord()  #: load factors of the states that were found from all starts
+        self.met = StateRecord()  #: load factors of the states found from all starts
         self._attempt: LeastProof | None = None
 
     @property
     def proof(self) -> Proof | None:
-        """Return the proof that no state has a lower load factor; None without a proof."""
+        """Proof that no state has a lower load factor, or None if there is no proof."""
         return None if self._attempt is None else self._attempt.proof
 
     def see(self, origin: str, state: ExactState | None) -> None:
-        """Store the state that was found from a start if its load factor is the lowest so far."""
+        """Store a state that was found from a start, if its load factor is the lowest so far."""
         if state is None or not self._is_lowest(state):
             return
         undecided = self._finder.undecided
@@ -168,7 +167,7 @@ class _Lowest:
         self._keep(origin, state)
 
     def prove(self, programs: int) -> None:
-        """Prove with a limited number of linear programs that no state is lower, or find a lower state."""
+        """Try to prove that no state is lower. Solve up to ``programs`` linear programs for the proof."""
         if self.state is None or not self.state.exact:
             return
         if self._attempt is None:
@@ -187,15 +186,15 @@ class _Lowest:
             self._keep("proof", state)
 
     def _is_lowest(self, state: ExactState) -> bool:
-        """Record the load factor of a meaningful state, and return True if it is the lowest so far."""
+        """Record the load factor of a physically meaningful state; return True if it is the lowest so far."""
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # The finder returns the same object if a start leads to a state that it has found before.
+        # If a start leads to a known state, the finder returns the same object as before.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
-        """Store a state as the one with the lowest load factor, and add it to the history."""
+        """Store a state as the lowest state, and add it to the history."""
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))
@@ -204,7 +203,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the solution from which the search started, with the reason why no exact state was found."""
+    """Return the first solution with the reason why the search found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -213,13 +212,13 @@ def _without_state(first: Solution, missed: Code) -> Solution:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
-    """Return the state of lowest λ as a solution; without a state, return the first solution."""
+    """Return the lowest state as a solution. If no state was found, return the first solution."""
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The search starts near the state of the first solution, but may end at a higher load factor. The answer
-    # of the first solution is then kept.
+    # Keep the answer of the first solution if it is lower: the search starts near this answer, but may end at
+    # a higher load factor.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 class CoulombStep(Protocol):
-    """Interface of a step of the default method; a step that ends the run sets ``run.ended``."""
+    """Interface of a step of the default method. A step can end the run: it then sets ``run.ended``."""
 
     @property
     def name(self) -> str:
         """Name of the step in the log."""
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if this step must run, given the results of the earlier steps."""
+        """Return True if this step is needed after the earlier steps."""
 
     def run(self, run: CoulombRun) -> None:
         """Run the step, and store its results in ``run``."""
@@ -41,7 +41,7 @@ class CoulombStep(Protocol):
 
 @dataclass(frozen=True)
 class Incremental:
-    """Step that raises the live load from rest until equilibrium is lost.
+    """Step that raises the live load from zero until no equilibrium exists.
 
     If dilatancy falls with stress, or if the scene has too many joints, this step is skipped and the loop of
     linear programs solves the scene.
@@ -56,13 +56,13 @@ class Incremental:
         return not problem.dilatancy_depends_on_stress and problem.joints <= self.settings.most_joints
 
     def run(self, run: CoulombRun) -> None:
-        """Compute or reuse the load history; end the run if the scene is unstable under its dead load."""
+        """Compute or reuse the load history. End the run if the scene is unstable under its dead load."""
         task, found = run.task, run.task.incremental
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history was already computed for the incremental load factor. Count its solver and its
-            # load steps for this method too.
+            # The load history was already computed with the incremental load factor. Add its solver and its
+            # load steps to the counts of this method.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -74,10 +74,10 @@ class Incremental:
 
 @dataclass(frozen=True)
 class ExactFrom:
-    """Step that looks for an exact state near the forces of the incremental or the associative load factor.
+    """Step that looks for an exact state near incremental or associative forces.
 
-    The associative forces are used if the load history leads to no exact state, for example if joints hardly
-    slide.
+    Incremental forces are those at the end of the load history. Forces of associative flow are used if the
+    load history leads to no exact state, for example if joints hardly slide.
     """
 
     start: Literal["incremental", "associative"]
@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if incremental forces are known, or, for an associative start, if no state is known."""
+        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -96,7 +96,7 @@ class ExactFrom:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """Look for an exact state; end the run if a proof shows that no load factor exists."""
+        """Look for an exact state. End the run if a proof shows that no load factor exists."""
         if self.start == "associative":
             self._run_from_associative(run)
             return
@@ -120,12 +120,12 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Step that looks for lower states from further starts, on small plane scenes and in space."""
+    """Step that looks for lower states from further starts, on small plane scenes and on scenes in space."""
 
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted and may exist, and if the scene is small or in space."""
+        """Return True if lower states are wanted and possible, and the scene is small or in space."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -147,25 +147,25 @@ class FurtherStarts:
 
 @dataclass(frozen=True)
 class LeastProven:
-    """Step that proves on small plane scenes that no state has a lower load factor, or finds such a state.
+    """Step that tries to prove, on small plane scenes, that no state has a lower load factor.
 
-    On scenes with few joints, and on single arches, the proof comes before the further starts, because fewer
-    starts are needed after a proof. The full budget of linear programs suffices for most of these scenes. On
-    other scenes the proof follows the further starts, and its budget is a share of the programs that were
-    solved before.
+    The search for the proof may find a lower state. On scenes with few joints, and on single arches, the
+    proof comes before the further starts, because fewer starts are needed after a proof. The full budget of
+    linear programs suffices for most of these scenes. On other scenes the proof follows the further starts,
+    and its budget is a share of the programs that were solved before.
     """
 
     full_budget: bool
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower load factors are wanted, and this step is meant for the scene's budget."""
+        """Return True if lower states are wanted and the scene has the budget of this step."""
         if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False
         return self.full_budget == run.budget.is_full_for(run.problem)
 
     def run(self, run: CoulombRun) -> None:
-        """Search for lower load factors until a proof excludes them or the budget is used up."""
+        """Search for lower states until a proof excludes them or the budget is used up."""
         # The import is local, because importing the SAT solver takes 30 ms.
         from masonry_opt.methods.bounds.least import LeastProof
 
@@ -176,7 +176,7 @@ class LeastProven:
         try:
             search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
         finally:
-            # If the time limit stops the search, a lower state that it has found is still stored.
+            # Store a lower state even if the time limit has stopped the search.
             if search.best is not None and search.best is not known:
                 run.states.lower_to(search.best)
         if search.best is not None:
@@ -185,7 +185,7 @@ class LeastProven:
 
     @staticmethod
     def _note(search: "LeastProof", upper: float | None) -> str:
-        """Return a text for the log that says how the search ended."""
+        """Return a sentence for the log that says how the search ended."""
         if search.proof is not None:
             proven = f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
             return proven if search.best is not None else f"no state up to λ = {upper:.6g}, {proven}"
@@ -206,7 +206,7 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run with the solution of the first case that applies.
+        """End the run with the solution of the first case below that applies.
 
         1. If there is no load history, the solution is that of the loop.
         2. If statics permit any load, and joints press ever harder as the load grows from rest, there is no
@@ -246,7 +246,7 @@ class Loop:
 
 
 def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
-    """Return the solution of the loop, with a reason if the load history reached a higher load."""
+    """Add a reason to the solution of the loop if the load history reached a higher load factor."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
@@ -257,7 +257,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the solution of cases 2 to 4 of :meth:`Loop.run`; None if no case applies."""
+    """Return the solution of cases 2 to 4 of :meth:`Loop.run`, or None if none of them applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

@@ -27,7 +27,7 @@ _EXACT_STATE_PURPOSE = "exact state"
 
 
 class _PlaneForces:
-    """Program of joint forces in the plane: ``CvxpyForces`` with its costs as a parameter."""
+    """Program of joint forces in the plane, ``CvxpyForces``, whose costs are a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -36,12 +36,12 @@ class _PlaneForces:
         self.statics, self.program = forces.statics, forces.program
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the rates p of the mechanism, shape (faces,), and the weight of z·p in the cost."""
+        """Set the mechanism's rates p, shape (faces,), and the weight of the energy z·p in the cost."""
         self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 
 class _PlaneMotion:
-    """Program of a mechanism in the plane: ``CvxpyMotion`` with its costs (the slacks) as a parameter."""
+    """Program of a mechanism in the plane, ``CvxpyMotion``, whose costs (the slacks) are a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -50,12 +50,12 @@ class _PlaneMotion:
         self.mechanism, self.program = motion.mechanism, motion.program
 
     def set(self, q: np.ndarray) -> None:
-        """Set the forces, shape (3c + t,)."""
+        """Set the joint forces q, shape (3c + t,), whose slacks are the costs."""
         self._cost.value = np.maximum(self._problem.slacks(q), 0.0) / self._problem.steep
 
 
 class ExactPrograms:
-    """The programs of forces and of mechanisms of one problem, each compiled once.
+    """The program of forces and the program of mechanisms of one problem, each compiled once.
 
     A program that the first solver does not solve to its tolerance is passed to the next solver. No solve is
     warm-started, so that an answer does not depend on earlier solves. Forces and load factors are in the
@@ -65,7 +65,7 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Set problem and solvers. With ``nearly``, a nearly optimal point of the last solver is accepted."""
+        """Store the arguments. With ``nearly``, nearly optimal points of the last solver are accepted."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
@@ -78,38 +78,39 @@ class ExactPrograms:
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
-        """Return the program of a mechanism for the dilatancy that was set last."""
+        """Return the program of mechanisms for the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
 
     @cached_property
     def _engines_of_forces(self) -> list[CvxpyEngine]:
-        """Return the engines that solve the program of forces, one for each solver."""
+        """Return the engines that solve the program of forces, one per solver."""
         return self._engines(self._forces.program)
 
     @cached_property
     def _engines_of_motion(self) -> list[CvxpyEngine]:
-        """Return the engines that solve the program of a mechanism, one for each solver."""
+        """Return the engines that solve the program of mechanisms, one per solver."""
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
-        """Return the engines that solve a program, one for each solver, in the order of the solvers."""
+        """Return the engines that solve a program, one per solver and in the order of the solvers."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
     def forces(
         self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Minimise λ plus the weighted energy z·p for given rates p (faces,); return λ and forces (3c + t,).
+        """Minimise λ plus the weighted energy z·p for given rates p (faces,).
 
-        Return None if no solver finds an optimum. ``before_each`` is called before each solve.
+        Return λ and the forces (3c + t,), or None if no solver finds an optimum. ``before_each`` is called
+        before each solve.
         """
         self._forces.set(p, weight)
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
 
     def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
-        """Return the velocities (3b,) of the mechanism with the least energy z·p for forces (3c + t,).
+        """Return velocities (3b,) of the mechanism with the least energy z·p for given forces q (3c + t,).
 
         The mechanism obeys the joints' own flow rule. Return None if no solver finds an optimum.
         ``before_each`` is called before each solve.
@@ -121,14 +122,17 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Discard the program of the mechanism if its dilatancy, shape (k,), differs from ``slope``."""
+        """Discard the program of mechanisms if its dilatancy differs from ``slope``, shape (k,)."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
             self.__dict__.pop("_engines_of_motion", None)
 
     def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
-        """Return True if a solver finds an optimum; the last solver may also find a nearly optimal point."""
+        """Run the solvers one after the other, and return True as soon as a solver succeeds.
+
+        A solver succeeds if it finds an optimum. For the last solver, a nearly optimal point may suffice.
+        """
         for engine in engines:
             before_each()
             nearly = self._nearly and engine is engines[-1]
@@ -138,7 +142,7 @@ class ExactPrograms:
 
 
 class Alternation:
-    """State finder that alternates between the programs of forces and mechanisms of one problem."""
+    """State finder that solves the program of forces and the program of mechanisms alternately."""
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         self._given, self._effort, self._settings = problem, effort, settings
@@ -147,14 +151,14 @@ class Alternation:
         self._scaled = in_units_of_load(self._problem)
         tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-        # In space Clarabel often misses its tolerance if the forces of contact points are indeterminate, so
-        # nearly optimal points are accepted.
+        # Accept nearly optimal points in space: Clarabel often misses its tolerance if equilibrium does not
+        # determine the forces of the contact points.
         self._programs = ExactPrograms(
             self._scaled, solvers, effort, _EXACT_STATE_PURPOSE, nearly=self._conic
         )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return this state finder, or a new state finder if the problem or the effort differs."""
+        """Return this state finder, or a new one if the problem or the effort is another object."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort, self._settings)
 
@@ -165,11 +169,12 @@ class Alternation:
         before_each: Callable[[], None] = lambda: None,
         weights: tuple[float, ...] = (),
     ) -> Answer | None:
-        """Return the state near forces (3c + t,), exact except for an energy z·p of up to 1e-5 λ.
+        """Return a state near given forces (3c + t,) that is exact, except for a small energy z·p.
 
-        The velocities d (3b,) are a mechanism for these forces; None if no mechanism is known.
-        ``before_each`` is called before each solve, and at the end. If ``weights`` are passed, they replace
-        the series of weights of the settings. Return None if the forces lead to no state.
+        By default, the energy is at most 1e-5 λ. The velocities d (3b,) are a mechanism for these forces;
+        None if no mechanism is known. ``before_each`` is called before each solve, and at the end. If
+        ``weights`` are passed, they replace the series of weights of the settings. Return None if the forces
+        lead to no state.
         """
         self._effort.begins("exact state")
         settings = self._settings
@@ -183,9 +188,9 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Alternate between both programs; return the last exact state, or else the last acceptable one."""
+        """Solve both programs alternately; return the last exact state, or else the last acceptable state."""
         problem, scaled = self._problem, self._scaled
-        # The forces may not be in equilibrium with the loads, for example if they belong to elastic contacts.
+        # The given forces may not balance the loads, for example if they are forces of elastic contacts.
         # Start with the load factor for which the unbalanced forces are smallest.
         fitted = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
         forces: tuple[float, np.ndarray] | None = fitted / scaled.load_factor, q / scaled.force
@@ -211,7 +216,7 @@ class Alternation:
 
 
 def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation:
-    """Return the state finder for a task's problem; its compiled programs are reused within the task."""
+    """Return the state finder of a task. The finder and its compiled programs are reused within the task."""
     problem, effort = task.problem, task.effort
 
     def build() -> Alternation:

@@ -16,7 +16,7 @@ _RANDOM_FORCES_PURPOSE = "random forces"
 
 
 class RandomForces:
-    """Generator of random joint forces that are in equilibrium and within yield at a given load factor.
+    """Generator of random joint forces in equilibrium and within the yield conditions at a load factor.
 
     A draw is a vertex of the set of admissible forces: it minimises the sum of the slacks of a random set of
     yield conditions. Draws below the lowest known load factor lead to states that a load history misses. In
@@ -27,7 +27,7 @@ class RandomForces:
         self._problem, self._settings = problem, settings
         self._statics = HighsSession(programs(problem)[0], effort, _RANDOM_FORCES_PURPOSE)
         finite = np.isfinite(problem.highest - problem.lowest)
-        #: Columns of the program that belong to ties, props and other forces with two finite limits.
+        #: Column numbers of the forces with two finite limits, such as forces of ties and props.
         self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)
         self._lowest, self._highest = problem.lowest[finite], problem.highest[finite]
 
@@ -37,7 +37,7 @@ class RandomForces:
         return len(self._between_limits) > 0
 
     def largest_load_factor(self, seconds: float = inf) -> float | None:
-        """Return the largest λ with admissible forces in equilibrium; None if there is no largest λ."""
+        """Return the largest λ for which admissible forces in equilibrium exist; None if λ is unlimited."""
         self._statics.set_bounds("load_factor", 0.0, inf)
         self._statics.set_costs("load_factor", np.array([-1.0]))
         self._statics.set_costs("q", np.zeros(self._problem.B.shape[1]))
@@ -48,7 +48,7 @@ class RandomForces:
     def draw(
         self, load_factor: float, rng: np.random.Generator, strength_share: float = 1.0, seconds: float = inf
     ) -> np.ndarray | None:
-        """Return random forces (3c + t,) at a load factor; None if no forces are found within the time limit.
+        """Return random forces (3c + t,) in equilibrium at a load factor, or None if none are found in time.
 
         A force with two finite limits may use at most ``strength_share`` of the range between its limits.
         """

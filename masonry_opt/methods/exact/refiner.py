@@ -39,41 +39,40 @@ _REFINEMENT_PURPOSE = "refinement"  #: Key in a result's ``solvers`` for program
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state that obeys the joints' own flow rule, exact except for rounding errors of the solver."""
+    """Collapse state with the flow rule of its joints, exact up to rounding errors of the solver."""
 
     problem: Problem
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
-    #: Dual variable of the condition z = 0 of each moving face, shape (faces,): the larger it is, the more
-    #: the condition keeps λ from decreasing.
+    #: Dual variable of the condition z = 0 of each moving face, shape (faces,). The larger the dual variable
+    #: is, the more λ would decrease without this condition.
     strength: np.ndarray
-    #: Load factor of zero or less of a further state that was found from this state; infinite if there is
-    #: no further state.
+    #: Load factor of a further state that was found from this state and has λ ≤ 0; infinite if there is none.
     below: float = inf
 
     @property
     def exact(self) -> bool:
-        """True if all residuals are within the limits of exact answers."""
+        """True if the residuals are small enough for an exact state."""
         return self.answer.exact
 
     @cached_property
     def answer(self) -> Answer:
-        """Answer of this state, with its certificate: residuals computed from the matrices."""
+        """This state as an answer with a certificate, whose residuals are computed from the matrices."""
         return certified(self.problem, self.load_factor, self.q, self.d)
 
 
 class RefinerTimeout(Exception):
-    """Error: the deadline of the search for exact states has passed."""
+    """Error that is raised when the search for exact states has reached its deadline."""
 
 
 def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
-    """Return the linear programs of forces and of a mechanism, without costs, built from the matrices.
+    """Return the linear program of forces and the linear program of a mechanism, without costs.
 
-    They equal the programs that CVXPY compiles from :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and
-    ``CvxpyMotion``. The first has the columns "q" and "load_factor" and the rows "yield". The second has the
-    columns "p" and "d".
+    Both are built from the matrices, and equal the programs that CVXPY compiles from
+    :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and ``CvxpyMotion``. The first has the columns "q"
+    and "load_factor" and the rows "yield". The second has the columns "p" and "d".
     """
     (height, width), faces, live = problem.B.shape, problem.faces, sp.csc_array(problem.live[:, None])
     at_yield = sp.diags_array(-1 / problem.steep) @ problem.true_yield
@@ -101,25 +100,25 @@ def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
 
 
 def _numbers(count: int, first: int = 0) -> np.ndarray:
-    """Return ``count`` consecutive column or row numbers, from ``first`` on."""
+    """Return ``count`` consecutive column or row numbers that start with ``first``."""
     return np.arange(first, first + count, dtype=np.int32)
 
 
 class StateFinder(ABC):
-    """Base class of state finders, which compute an exact state near given joint forces."""
+    """Base class of algorithms that compute an exact state near given joint forces."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self.deadline = inf  #: value of ``time.perf_counter`` after which programs raise RefinerTimeout
-        #: Number of programs that the solver neither solved nor proved infeasible, counted since the last
-        #: step to a lower state. If it is not zero, a lower state may have been missed. None if the finder
-        #: does not count such programs.
+        self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
+        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
+        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
+        #: not count undecided programs.
         self.undecided: int | None = None
-        self.size: LpSize | None = None  #: size of the linear program of forces, which is solved repeatedly
+        self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None if no state is found."""
+        """Return the exact state found from joint forces q, shape (3c,), or None if no state is found."""
 
     @property
     def seconds_left(self) -> float:
@@ -133,7 +132,7 @@ class StateFinder(ABC):
 
 
 class Refiner(StateFinder):
-    """State finder that solves the linear programs (a) and (b) of one problem with warm starts."""
+    """State finder that solves the linear programs (a) and (b) of this module, with warm starts."""
 
     undecided: int
 
@@ -147,14 +146,15 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: For each state from which the refiner has looked for lower states, the state found, if the solver
-        #: decided all programs of the last step. Many starts lead to the same few states.
+        #: Results of earlier searches for lower states, by the state from which a search began. They are
+        #: reused because many starts lead to the same few states. Results with undecided programs are not
+        #: stored.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return rates p (faces,) and velocities (3b,) of the mechanism that minimises cost · p.
+        """Return the rates p (faces,) and velocities (3b,) of the mechanism with the least cost·p.
 
         This is program (a) of this module. The banned faces are at rest. None is returned if there is no
         mechanism.
@@ -166,7 +166,7 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ in which all moving faces are at yield; None if no such state exists.
+        """Return the state of least λ with all moving faces at yield, or None if no such state exists.
 
         This is program (b) of this module. The rates, shape (faces,), and the velocities d, shape (3b,), are
         those of the mechanism.
@@ -179,7 +179,7 @@ class Refiner(StateFinder):
         return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces, shape (3c,); None if no state is found.
+        """Return the exact state found from joint forces q, shape (3c,), or None if no state is found.
 
         The first state has the mechanism with the least energy for the given forces. Lower states with other
         mechanisms follow, until λ no longer decreases or would decrease to zero. If an earlier start led to
@@ -204,7 +204,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from ``first`` to lower and lower states; return the last state, or None if not exact."""
+        """Step from ``first`` to lower and lower states. Return the last state if it is exact, else None."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)
@@ -215,7 +215,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that programs (a) and (b) find from forces (3c,); None if they find no state.
+        """Return the state that programs (a) and (b) find from forces q (3c,), or None if they find no state.
 
         If no forces bring all moving faces to yield, the next attempt starts from the forces that are nearest
         to yield, which have the least z·p.
@@ -233,7 +233,7 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state; None if no such state is found.
+        """Return a state with a lower λ than the given state, or None if no lower state is found.
 
         The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
         as possible, each weighted by its dual variable. If this leads to no lower state, or if only blocks
@@ -254,10 +254,10 @@ class Refiner(StateFinder):
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return forces that maximise λ Σ|f_L| − cost·n, and the rates (dual variables), or None.
+        """Maximise λ Σ|f_L| − cost·n over the joint forces, and return the forces and the rates.
 
-        Their shapes are (3c,) and (faces,). The cost, shape (k,), has one entry for each joint that can
-        slide. None is returned if the program has no optimum.
+        The shapes are (3c,) and (faces,). The rates are dual variables. The cost, shape (k,), has one entry
+        for the normal force n of each joint that can slide. None is returned if the program has no optimum.
         """
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
@@ -265,14 +265,17 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Find the forces of least cost with the ``held`` faces at yield; return True if they exist."""
+        """Find the forces of least cost with the ``held`` faces at yield, and return True if forces exist."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
-        """Return True if the program has an optimum. Raises RefinerTimeout if the deadline passes."""
+        """Solve a program, and return True if it has an optimum.
+
+        Raise RefinerTimeout if the deadline has passed.
+        """
         self.check_time()
         verdict = session.solve(
             min(self.seconds_left, self._settings.seconds_per_joint * self.problem.joints)
@@ -284,13 +287,13 @@ class Refiner(StateFinder):
 
 
 def refiner_of(task: Task, settings: SearchSettings = SEARCH) -> Refiner:
-    """Return the refiner for the problem of a task."""
+    """Return a new :class:`Refiner` for the problem of a task."""
     with task.effort.measure("build"):
         return Refiner(task.problem, task.effort, settings)
 
 
 class ConeRefiner(StateFinder):
-    """State finder in space that alternates between two cone programs.
+    """State finder in space that solves two cone programs alternately.
 
     The finder returns no dual variables of yield conditions, which the start "neighbour" of a search needs.
     """
@@ -302,7 +305,7 @@ class ConeRefiner(StateFinder):
         self._alternation, self._weights = alternation, weights
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from forces (3c + t,); None if no exact state is found."""
+        """Return the exact state found from joint forces q (3c + t,), or None if no exact state is found."""
         answer = self._alternation.state_near(q, None, self.check_time, self._weights)
         if answer is None or answer.failing(Kind.EXACT):
             return None
@@ -310,6 +313,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Convert an answer to an exact state, with rates and dual variables of zero because none are known."""
+    """Convert an answer to an exact state. Its rates and dual variables are unknown and set to zero."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

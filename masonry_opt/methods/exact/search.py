@@ -21,7 +21,7 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME, ZERO, is_lower, same
 
-#: Kind of a start, and the exact state that was found from the start; None if no state was found.
+#: Kind of a start, and the exact state found from this start, or None if no state was found.
 Candidate = tuple[str, ExactState | None]
 
 
@@ -29,42 +29,42 @@ class StateRecord:
     """Record of the starts of a search and of the exact states found from them."""
 
     def __init__(self) -> None:
-        self.load_factors: list[float] = []  #: different load factors of exact states, in order of discovery
-        self.candidates = 0  #: number of starts, including starts that led to no exact state
-        #: Lowest load factor of all physically meaningful states; that of the answer may be higher.
+        self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
+        self.candidates = 0  #: number of starts, including those without an exact state
+        #: Lowest load factor of all physically meaningful states. The answer may have a higher load factor.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a start, and record the load factor of its state if there is one."""
+        """Count a start, and record the load factor of the state that was found from it, if any."""
         self.candidates += 1
         if state is not None:
             self.add(state.load_factor)
 
     def add(self, load_factor: float) -> None:
-        """Record the load factor of a state, unless an equal load factor is already recorded."""
+        """Record a load factor, unless an equal load factor is already recorded."""
         if not any(same(load_factor, known) for known in self.load_factors):
             self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
-        """Positive load factors of the states; all load factors if none is positive."""
+        """Positive load factors of the states, or all load factors if none is positive."""
         return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
-        """True if the lowest load factor is zero or less, and is below all load factors that are reported."""
+        """True if the lowest λ is zero or less, and is lower than all reported load factors."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that state the number of states above λ = 0, and the lowest λ if it is zero or less."""
+        """Reasons that report the number of states with λ > 0 and, if it is zero or less, the lowest λ."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
         return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
-        """Return a solution that reports the numbers of starts and of exact states found."""
+        """Add to a solution the number of starts and the number of exact states found."""
         if not self.load_factors:
             return solution
         below_zero = self.lowest if self._has_state_below else inf
@@ -74,7 +74,7 @@ class StateRecord:
 
 
 class Search:
-    """Search for exact states of lower λ, from random starts and from starts near the lowest state."""
+    """Search for lower exact states, from random starts and from starts near the lowest state."""
 
     def __init__(
         self,
@@ -85,34 +85,34 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: Lowest state that the caller knows, for example from a proof; later starts are drawn near it. None
-        #: if the caller knows no state.
+        #: Lowest state from another source, for example from the search for a proof, or None. Later starts
+        #: are drawn near this state.
         self.known: ExactState | None = None
 
     @property
     def effort(self) -> Effort:
-        """Return the count of programs, times and solvers."""
+        """Return the counts of programs, times and solvers."""
         return self._finder.effort
 
     @cached_property
     def _random(self) -> RandomForces:
-        """Generator of random forces, whose linear program is built only once."""
+        """Generator of random forces. Its linear program is built only once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Largest λ with admissible forces in equilibrium; None if there is no largest λ."""
+        """Largest λ for which admissible forces in equilibrium exist; None if λ is unlimited."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start; return the exact state found from its joint forces (3c,), or None."""
+        """Count a start, and return the exact state that is found from its joint forces q (3c,), or None."""
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the states of further starts until ``starts`` starts in a row lead to no lower state."""
+        """Yield states from further starts until ``starts`` successive starts find no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -124,7 +124,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield the states of further starts, whose number depends only on the scene.
+        """Yield states from further starts. The number of starts depends only on the scene.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
         start follows, from the forces of the lowest state. On other scenes random starts follow.
@@ -142,7 +142,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Kinds of starts with random forces in which ties use at most a share of their strength.
+        """Kinds of starts from random forces that use at most a share of the strength of the ties.
 
         If a scene has ties or other limited forces, these starts come first, because lower states may exist
         in which a tie does not yield.
@@ -153,7 +153,7 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield the kind and the state of one start after another, without end.
+        """Yield an endless sequence of starts: the kind of each start, and the state that was found from it.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
         the forces of the lowest state comes first, and again after each lower state is found: another
@@ -179,7 +179,7 @@ class Search:
     def random_forces(
         self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
     ) -> np.ndarray | None:
-        """Return random forces in equilibrium with a random share of the lowest known load factor.
+        """Return random forces in equilibrium at a random share of the lowest known load factor.
 
         If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
         and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
@@ -193,7 +193,7 @@ class Search:
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
     def _loaded(self, problem: Problem) -> np.ndarray | None:
-        """Return the forces at the end of a load history; None if it does not end in a collapse."""
+        """Return the forces at the end of a load history, or None if the history ends without collapse."""
         with self._finder.effort.measure("solve"):
             result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
         if result.load_factor is None:
@@ -206,7 +206,7 @@ class Search:
         return None if settled is None else self._loaded(replace(self.problem, settled=settled))
 
     def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces from a fixed-point iteration (Acary, Cadoux, Lemaréchal & Malick 2011).
+        """Return forces from the fixed-point iteration of Acary, Cadoux, Lemaréchal & Malick (2011).
 
         Each iteration solves a linear program in which normal forces have costs. The costs are random at
         first. At a fixed point the cost of a normal force equals the difference between the associative and
@@ -227,10 +227,9 @@ class Search:
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces near a state: a mean, with random weights, of its forces and forces with a lower λ.
+        """Return forces near a state: a random interpolation between its forces and forces of a lower λ.
 
-        The forces with the lower load factor are those of program (b) after a few of the active yield
-        conditions are released.
+        Program (b) yields the forces of lower λ after a few of the active yield conditions are released.
         """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
@@ -272,7 +271,7 @@ _FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration ov
 _NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the lowest state and a
-#: random generator.
+#: random number generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 
 #: Function of each kind of start.
@@ -283,11 +282,11 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Kinds of starts in the plane; the search repeats this sequence. A start from random forces or from a
-#: neighbour takes a tenth of the time of a start from a load history, and a fixed point takes a third. Fixed
-#: points find lower states if a whole slope slides.
+#: Sequence of kinds of starts in the plane, which the search repeats. Random forces and neighbours take a
+#: tenth of the time of a load history, and fixed points take a third. Fixed points find lower states of
+#: slopes that slide as a whole.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space; the search repeats this sequence. Starts from random forces find lower states in
-#: less time than load histories.
+#: Sequence of kinds of starts in space, which the search repeats. Starts from random forces find lower states
+#: in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

@@ -6,11 +6,11 @@ from masonry_opt.problem.problem import Problem
 
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
-    """Return random forces (3c + t,) that carry the dead load within yield; None if no such forces exist.
+    """Return random admissible forces (3c + t,) that balance the dead load, or None if none exist.
 
     The forces minimise a random cost of the normal forces. In space the shear is limited by polygons.
     """
-    # The import is local, because it takes a fifth of a second and few options need this program.
+    # The import is local, because it takes 0.2 s and few options need it.
     from scipy.optimize import linprog
 
     cost = rng.exponential(1.0, problem.B.shape[1])

@@ -47,8 +47,8 @@ class End(StrEnum):
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
     UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
-    SLOW = "the blocks still move after many steps: neither equilibrium nor collapse"
-    UNDECIDED = "neither a collapse nor a proof that the load has no limit was found"
+    SLOW = "the blocks still move after many steps, without equilibrium or collapse"
+    UNDECIDED = "the analysis found neither a collapse nor a proof that the load has no limit"
 
 
 @dataclass(frozen=True)
@@ -58,18 +58,18 @@ class IncrementalResult:
     end: End
     history: LoadHistory
     carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
-    not_carried: float = inf  #: load factor under which the blocks collapsed
+    not_carried: float = inf  #: smallest load factor under which the blocks collapsed
     state: Answer | None = None  #: exact state at a load factor between ``carried`` and ``not_carried``
-    #: Exact state with a load factor below ``carried``, in which the blocks continue to move after the
-    #: collapse.
+    #: Exact state in which the blocks continue to move after the collapse, with a load factor below
+    #: ``carried``.
     state_in_motion: Answer | None = None
-    #: Motion of the blocks when they collapse under the load factor ``not_carried``, or under the dead load
-    #: if the scene is unstable.
+    #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
+    #: unstable, under the dead load.
     collapse: Collapse | None = None
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state; without an exact state, ``carried``.
+        """Load factor of the exact state, or ``carried`` if there is no exact state.
 
         None if the analysis did not end in a collapse.
         """
@@ -78,7 +78,7 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return a result to which an exact state is added if the state belongs to the collapse.
+        """Return the result together with an exact state, if the state belongs to the collapse.
 
         A state with a load factor between ``carried`` and ``not_carried`` is the state of the collapse. In a
         state with a lower load factor the blocks continue to move after the collapse.
@@ -93,7 +93,7 @@ class IncrementalResult:
 
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if λ of a state is between two load factors, with a tolerance of ``SAME`` × ``size``."""
+    """Return True if the load factor of a state is between two load factors, up to rounding errors."""
     rounding = SAME * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
@@ -108,17 +108,17 @@ class IncrementalAnalysis:
         compliance: np.ndarray | None = None,
         matrix: StiffnessMatrix | None = None,
     ) -> None:
-        """Set up the solver from the arguments of :class:`EquilibriumSolver`."""
+        """Set up the analysis. :class:`EquilibriumSolver` explains the arguments."""
         self.problem = problem
         self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or else the motion of the blocks."""
+        """Equilibrium under the dead load, or the motion of the blocks if no equilibrium is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
-        """Compute the load history up to collapse; ``progress`` is called with each load step."""
+        """Compute the load history up to collapse, and call ``progress`` with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
         if isinstance(self.preload, SlowMotion):
@@ -127,7 +127,7 @@ class IncrementalAnalysis:
 
     @property
     def preload_forces(self) -> np.ndarray | None:
-        """Joint forces (3c + t,) at rest under the dead load; None if there is no equilibrium from rest."""
+        """Joint forces (3c + t,) at rest under the dead load, or None if no equilibrium is found."""
         if not isinstance(self.preload, Equilibrium):
             return None
         return self.solver.law.of_problem(self.preload.response.forces)
@@ -154,7 +154,7 @@ class IncrementalAnalysis:
 
 
 def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> IncrementalAnalysis:
-    """Return the incremental analysis of a task's problem; later calls return the same object."""
+    """Return the incremental analysis of a task's problem. Later calls return the same object."""
     problem, settings = task.problem, settings or IncrementalSettings()
 
     def build() -> IncrementalAnalysis:
@@ -173,7 +173,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
 
 
 class _LoadRaising:
-    """Search for the collapse load, in which the live load is raised in steps from the preload."""
+    """Search for the collapse load, which raises the live load in steps from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -182,20 +182,20 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        self.slow: list[float] = []  # load factors of slow motions since the last equilibrium
+        self.slow: list[float] = []  # load factors of undecided, slow motions since the last equilibrium
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
         self.state_in_motion: Answer | None = None
         self.start = preload.state.d
         self.steps: list[LoadStep] = []
-        #: Load factor at which the live load is as large as the mean contact force.
+        #: Load factor at which the mean live load is as large as the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
         self._record(preload)
 
     @cached_property
     def rate(self) -> np.ndarray:
-        """Tangent displacement of the blocks per unit of the load factor, shape (3b,)."""
+        """Derivative of the block displacements with respect to the load factor, shape (3b,)."""
         return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
 
     def run(self) -> IncrementalResult:
@@ -219,7 +219,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Apply a larger load factor, and record whether the blocks find equilibrium or collapse."""
+        """Apply a larger load factor, and record whether equilibrium or collapse follows."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -239,7 +239,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after a slow motion; return False if their motions are slow too."""
+        """Try larger loads after a slow motion. Return False if these motions are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -247,7 +247,7 @@ class _LoadRaising:
         return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
-        """Solve for equilibrium under a larger load by Newton's method; return True if it converges."""
+        """Solve for equilibrium under a larger load by Newton's method. Return True if it converges."""
         predictor = (load_factor - self.carried) * self.rate
         found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
         if found is None:
@@ -257,7 +257,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a larger load, from which the search continues."""
+        """Record an equilibrium under a larger load. The search continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
@@ -267,14 +267,14 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load factor of an exact state may still be the largest with equilibrium."""
+        """Return True if the load factor of an exact state may still be the collapse load."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
         return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the positive number by which differences of a load factor are divided."""
+        """Return the positive number that scales differences of a load factor."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -282,8 +282,8 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # Contacts that slipped during the motion may stick now, and a small increment shows which of them
-            # stick. The increment is doubled after each further motion in a row.
+            # Contacts that slipped during the damped motion may stick now. Use a small increment to find out
+            # which contacts stick, and double it after each successive motion.
             motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor
@@ -291,13 +291,14 @@ class _LoadRaising:
         least = settings.smallest_increment * load_factor
         motion = solver.size_of_motion(self.rate)
         if motion == 0:
-            # No elastic motion balances the live load. Apply the smallest increment, which leads to collapse.
+            # No elastic deformation can balance the live load, so the smallest increment already leads to
+            # collapse.
             return least
         by_forces = settings.increment * forces / motion
         return max(least, min(by_forces, 2 * self.last_increment))
 
     def _narrow(self) -> None:
-        """Narrow the bracket between the largest load with equilibrium and the smallest load without.
+        """Narrow the bracket between the largest load with equilibrium and the smallest load with collapse.
 
         With an exact state the next loads are just below and just above the load of the state. For the load
         above, only Newton's method is used: if it succeeds, the state is not the limit. Without an exact
@@ -325,12 +326,12 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors, just below and just above the load factor of an exact state."""
+        """Return two load factors, slightly below and slightly above the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double the increment until a contact changes its state; return infinity if this never happens."""
+        """Double the increment until a contact changes its state. Return infinity if no contact changes."""
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )
@@ -353,7 +354,7 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            # The load is not bisected if it is negligible compared with the dead load, because rounding
+            # A live load that is negligible compared with the dead load is not bisected, because rounding
             # errors would determine the result.
             is_negligible = self.carried == 0
             is_fine = self.unreached - self.carried <= SAME * size
@@ -396,7 +397,7 @@ class _LoadRaising:
         )
 
     def _find_exact_state(self) -> Answer | None:
-        """Return the exact state of the collapse; None if there is no exact state in the bracket.
+        """Return the exact state of the collapse, or None if no exact state is in the bracket.
 
         The state is solved for again, starting from the last equilibrium. On the way from this equilibrium
         the contacts slip less than in the motion under a load that is too large, so that the state hardly

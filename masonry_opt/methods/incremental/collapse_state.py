@@ -26,17 +26,17 @@ from masonry_opt.solution.answer import Answer, certified
 
 @dataclass(frozen=True)
 class _FarState:
-    """State of the blocks after a motion so large that contacts only slip or open."""
+    """State of the blocks after a motion that is so large that contacts only slip or open."""
 
     load_factor: float
-    trial: np.ndarray  #: trial forces that the contacts remember, shape (3, m)
+    trial: np.ndarray  #: trial forces after the motion, without the slip, shape (3, m)
     forces: np.ndarray  #: shape (3, m)
     d: np.ndarray  #: displacement, shape (3b,)
     mechanism: np.ndarray  #: y, shape (3b,)
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
-    """Solve for the exact state of a collapse by displacement control; return None if this fails."""
+    """Return the exact state of a collapse, computed by displacement control, or None if this fails."""
     trial, motion = collapse.state.trial, collapse.motion
     for _ in range(solver.settings.exact_solves):
         far = _solve_far_along(solver, trial, motion, load_factor)
@@ -74,7 +74,7 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state after a displacement ``far`` along a motion (3b,); None if Newton's method fails."""
+    """Return the state after a large displacement along a motion (3b,), or None if Newton's method fails."""
     problem = solver.problem
     if solver.moves_no_joint(motion):
         return _balance_rigid_motion(solver, trial, motion)
@@ -113,7 +113,7 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return an answer with certificate from a state; return None if the live load does no work.
+    """Return a state as an answer with its certificate, or None if the live load does no work.
 
     The motion of the answer is the displacement or the mechanism, whichever has the smaller residuals.
     """

@@ -36,7 +36,7 @@ from masonry_opt.problem.problem import Problem
 def mean_force_and_compliance(
     problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
+    """Return the mean contact force under the dead load and the elastic compliances, shape (3c + t,).
 
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
@@ -45,11 +45,12 @@ def mean_force_and_compliance(
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     products = problem.B @ problem.B.T
-    # Rows of blocks with many joints or long arms are large: a fixed value would be lost by rounding.
+    # Scale the added value with the diagonal: rounding would remove a fixed value from the large rows of
+    # blocks with many joints or long lever arms.
     added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
     blocks = products + sp.diags_array(added)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
-    # If no blocks touch, ties alone carry the load. The mean force is then the mean force of the ties.
+    # If no blocks touch, only ties carry the load: use the mean force of the ties.
     at_contacts = problem.at_points(forces) if c else problem.of_forces(forces)
     mean_force = float(np.abs(at_contacts).mean()) or 1.0
     extent = np.append(problem.matrices.extent, np.ones(t))
@@ -60,20 +61,20 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Forces of the contacts for given trial forces, with one column per joint or limited force (tie)."""
+    """Contact forces for given trial forces, with one column per joint and per limited force (tie, prop)."""
 
     #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m). Limited forces are in the last
     #: row.
     forces: np.ndarray
-    tangent: np.ndarray  #: derivative of ``forces`` (first axis) by trial forces (second), shape (3, 3, m)
-    #: Trial forces from which the next step starts, after the slip so far is deducted, shape (3, m).
+    tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
+    #: Trial forces at which the next load step starts, shape (3, m). They do not include the slip so far.
     remembered: np.ndarray
-    sliding: np.ndarray  #: True for closed joints at their friction limit, shape (c,)
-    open: np.ndarray  #: True for joints without normal force, shape (c,)
+    sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
+    open: np.ndarray  #: True for each joint without normal force, shape (c,)
 
 
 class ContactLaw:
-    """Return mapping of all joints and limited forces of a problem: eqs (1) to (4) of this module."""
+    """Contact law of all joints and limited forces (ties, props) of a problem, by return mapping."""
 
     def __init__(
         self,
@@ -113,11 +114,11 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Return forces (3, m) in the order of the problem, shape (3c + t,): inverse of :func:`by_joint`."""
+        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
-        """Return forces, tangent and remembered trial forces under given trial forces, shape (3, m)."""
+        """Return the response of all contacts to given trial forces, shape (3, m)."""
         forces, remembered = np.zeros_like(trial), np.zeros_like(trial)
         tangent = np.zeros((3, *trial.shape))
         joints = slice(self.joints)
@@ -132,7 +133,7 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Compute forces, tangent and remembered trial forces of ties, props and earth."""
+        """Compute the response of limited forces (ties, props and earth), and write it to the arguments."""
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -141,7 +142,7 @@ class ContactLaw:
         remembered[2, limited] = np.where(slack, free, forces[2, limited])
 
     def _yield(self, free: np.ndarray) -> np.ndarray:
-        """Return True for each limited force that yields under trial forces, shape (t,).
+        """Return True for each limited force that yields under its trial force, shape (t,).
 
         A rod with a limit of zero does not yield at this limit, because it only becomes slack.
         """
@@ -155,15 +156,15 @@ class ContactLaw:
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> np.ndarray:
-        """Compute forces, tangent and remembered trial forces of the joints, eqs (1) to (4).
+        """Compute the response of the joints by eqs (1) to (4), and write it to the arguments.
 
-        Return the joints that are at their friction limit, shape (c,).
+        Return True for each joint at its friction limit, shape (c,).
         """
         normal, shear = slice(self.points), slice(self.points, 3)
         size = np.abs(trial[2]) if self.points == 2 else np.hypot(trial[1], trial[2])
         n, tangent[normal, normal] = self._press(trial[normal])
         limit = self.cohesion + self.friction * n.sum(axis=0)
-        # A joint without any force sticks. Before the dead load is applied, this is true of every joint.
+        # A joint without any force sticks. Otherwise every joint would slide before the dead load is applied.
         untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
         slides = self.can_slide & (size >= (1 - self._rounding) * limit) & ~untouched
         remembered[normal] = trial[normal]
@@ -182,7 +183,7 @@ class ContactLaw:
     def _add_slip_tangent(
         self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
     ) -> None:
-        """Add the derivatives of shear forces to a tangent that has only derivatives of normal forces."""
+        """Add the derivatives of the shear forces to a tangent that contains those of the normal forces."""
         normal, shear = slice(self.points), slice(self.points, 3)
         pressed = tangent[normal, normal].sum(axis=0)
         limit_rate = slides * self.friction * pressed
@@ -204,7 +205,10 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return normal forces (points, c) and their derivative (points, points, c), eq. (1) with P = 0."""
+        """Return the normal forces (points, c) by eq. (1) without slip, and their derivative.
+
+        The derivative with respect to the trial forces has shape (points, points, c).
+        """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))
         for point in range(self.points):
@@ -215,10 +219,11 @@ class ContactLaw:
         return forces, rates
 
     def _find_slip(self, trial: np.ndarray, size: np.ndarray, slides: np.ndarray) -> np.ndarray:
-        """Return the slip P ≥ 0 of the joints that slide, shape (c,), by Newton's method within a bracket."""
+        """Return the slip P ≥ 0 of each joint, shape (c,), by Newton's method safeguarded by bisection."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # The excess is a small difference of large terms, so that rounding errors limit the accuracy of slip.
+        # Smallest relevant change of the slip: the excess is a small difference of large terms, and its
+        # rounding errors limit the accuracy.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
@@ -234,11 +239,11 @@ class ContactLaw:
 
 
 class StrengthPolygon:
-    """Admissible normal forces of joints of limited strength: a convex polygon in the plane of n₁ and n₂.
+    """Polygon of the normal forces n₁ and n₂ that a joint of limited strength can carry.
 
-    The chords of the strength parabola bound the moment in both directions. Both contact points have the same
-    stiffness, so that the return mapping is the projection onto the polygon. Forces are divided by the
-    crushing force, so that one polygon is valid for all joints.
+    The polygon is convex: chords of the strength parabola limit the moment in both directions. Both contact
+    points have the same stiffness, so that the return mapping is the projection onto the polygon. Forces are
+    divided by the crushing force, so that one polygon is valid for all joints.
     """
 
     def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
@@ -248,8 +253,8 @@ class StrengthPolygon:
     @cached_property
     def _sides(self) -> "PolygonSides":
         """Sides of the polygon, counter-clockwise."""
-        # The chords intersect at values of x = n / (f_c L). At each intersection the moment is L/2 · x (1 -
-        # x), so that n₁ and n₂ are (x ± x (1 - x)) / 2.
+        # Each corner of the polygon is the intersection of two chords, at x = n / (f_c L). There the moment
+        # is L/2 · x (1 - x), so n₁ and n₂ are (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
@@ -258,7 +263,7 @@ class StrengthPolygon:
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest admissible normal forces (2, l), and their derivative (2, 2, l)."""
+        """Return the admissible normal forces (2, l) nearest to trial forces, with derivative (2, 2, l)."""
         points, sides = trial / self._crushing_force, self._sides
         distances = sides.distances(points)
         outside = np.flatnonzero(distances.max(axis=0) > 0)
@@ -271,18 +276,18 @@ class StrengthPolygon:
 
 
 class PolygonSides:
-    """Sides of a convex polygon in counter-clockwise order, with projection onto the polygon."""
+    """Convex polygon onto which points can be projected. Its sides are in counter-clockwise order."""
 
     def __init__(self, corners: np.ndarray) -> None:
         sides = np.roll(corners, -1, axis=0) - corners
         self._corners = corners  #: first corner of each side, shape (corners, 2)
         self._length = np.hypot(sides[:, 0], sides[:, 1])
         self._along = sides / self._length[:, None]  #: direction of each side, shape (corners, 2)
-        # The interior of the polygon is to the left of each side, so outward normals point to the right.
+        # The sides run counter-clockwise, so the outward normal of each side points to its right.
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return the distances of points (2, l) from the lines of the sides, shape (corners, l).
+        """Return the signed distance of each point (2, l) from the line of each side, shape (corners, l).
 
         Distances are positive outside the polygon.
         """
@@ -291,7 +296,7 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Project points outside the polygon, shape (2, l), onto it; return points and derivative (2, 2, l).
+        """Return the points (2, l) of the polygon nearest to outside points, with derivative (2, 2, l).
 
         ``distances`` are the distances of the points from the lines of the sides.
         """
@@ -305,7 +310,7 @@ class PolygonSides:
 
 
 def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:
-    """Rearrange values (3c + t,) of a problem to shape (3, m): one column per joint or limited force."""
+    """Rearrange values (3c + t,) of a problem to shape (3, m), one column per joint and per limited force."""
     table = np.full((3, len(values) - 2 * joints), fill)
     table[:2, :joints] = values[: 2 * joints].reshape(2, joints)
     table[2] = values[2 * joints :]

@@ -38,9 +38,9 @@ from masonry_opt.problem.problem import Problem
 
 @dataclass(frozen=True)
 class BlockState:
-    """State of a load history: trial forces that the contacts remember, and displacements of the blocks."""
+    """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    trial: np.ndarray  #: trial forces, shape (3, m)
+    trial: np.ndarray  #: trial forces without the slip so far, shape (3, m)
     d: np.ndarray  #: displacements, shape (3b,)
 
 
@@ -50,12 +50,12 @@ class Equilibrium:
 
     state: BlockState
     response: Response  #: response of the contacts
-    by_motion: bool  #: True if Newton's method failed and the blocks came to rest after a damped motion
+    by_motion: bool  #: True if Newton's method failed, and a damped motion ended at rest
 
 
 @dataclass(frozen=True)
 class Collapse:
-    """Motion of the blocks beyond the displacement ``far``, which counts as collapse."""
+    """Motion of the blocks by more than the displacement ``far``, which counts as collapse."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
@@ -63,7 +63,7 @@ class Collapse:
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """Damped motion that reached neither equilibrium nor collapse within ``motion_solves`` linear solves."""
+    """Damped motion that is still undecided after ``motion_solves`` linear solves: no rest, no collapse."""
 
     state: BlockState  #: state at the end of the motion
 
@@ -76,11 +76,11 @@ class _Step:
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: residual of eq. (2); without damping, residual of eq. (1); shape (3b,)
+    residual: np.ndarray  #: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,)
 
 
 class EquilibriumSolver:
-    """Solver for the equilibrium, eq. (1), and the damped motion, eq. (2), of the blocks of one problem.
+    """Solver for equilibrium, eq. (1), and for damped motion, eq. (2), of the blocks of one problem.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement and with given forces (3c + t,), by default without forces."""
+        """Return a state without displacement. Its forces (3c + t,) are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -122,7 +122,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Find the equilibrium of the blocks under a load (3b,), starting from a state, or their collapse.
+        """Find the equilibrium, or the collapse, to which a load (3b,) leads from a state.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
         beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
@@ -133,14 +133,14 @@ class EquilibriumSolver:
     def find_equilibrium(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | None:
-        """Return the equilibrium that Newton's method finds; None if it fails."""
+        """Return the equilibrium that Newton's method finds, or None if the method fails."""
         step = self._solve(state, load, predictor)
         if step is None or self.size_of_motion(step.displacement) > self.far(load):
             return None
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion, eq. (2), to equilibrium, to collapse, or to the limit of solves."""
+        """Follow the damped motion, eq. (2), until it reaches equilibrium, collapse or the solve limit."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -167,12 +167,15 @@ class EquilibriumSolver:
         return SlowMotion(start.state)
 
     def trial_change(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the change of the trial forces, shape (3, m), under a displacement (3b,): -k Bᵀd."""
+        """Return the change of the trial forces under a displacement d (3b,), -k Bᵀd, shape (3, m)."""
         change: np.ndarray = -self.law.stiffness * (self.matrix.Bt @ displacement).reshape(3, -1)
         return change
 
     def size_of_motion(self, displacement: np.ndarray) -> float:
-        """Return the size of a displacement: the r.m.s. motion of all contacts, in elastic displacements."""
+        """Return the root-mean-square motion of all contacts under a displacement (3b,).
+
+        The unit is the elastic displacement, see :class:`IncrementalSettings`.
+        """
         return self.size(self.trial_change(displacement))
 
     def size(self, forces: np.ndarray) -> float:
@@ -181,16 +184,16 @@ class EquilibriumSolver:
         return sqrt(float(flat @ flat) / flat.size) / self.mean_force
 
     def unbalanced(self, response: Response, load: np.ndarray) -> np.ndarray:
-        """Return the unbalanced forces of the blocks, shape (3b,)."""
+        """Return the unbalanced forces on the blocks, shape (3b,)."""
         left: np.ndarray = self.matrix.B @ response.forces.ravel() + load
         return left
 
     def is_balanced(self, unbalanced: np.ndarray, load: np.ndarray) -> bool:
-        """Return True if unbalanced forces are negligible under a load."""
+        """Return True if unbalanced forces are negligible compared with a load."""
         return self.size(unbalanced) <= self._negligible(load)
 
     def factors(self, tangent: np.ndarray, damping: float) -> Factors:
-        """Return the factors of the stiffness matrix for a tangent (3, 3, m) and a damping."""
+        """Return the factors of the stiffness matrix for a tangent (3, 3, m) and a damping coefficient."""
         if self._last is not None:
             last_tangent, last_damping, factors = self._last
             if damping == last_damping and np.array_equal(tangent, last_tangent):
@@ -201,7 +204,7 @@ class EquilibriumSolver:
         return factors
 
     def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
-        """Return the displacements under loads, shape (3b,) or (3b, count), for a tangent (3, 3, m).
+        """Solve for the displacements under loads, shape (3b,) or (3b, count), with a tangent (3, 3, m).
 
         Raises TimeLimitReached if the time limit of the analysis is over.
         """
@@ -210,14 +213,14 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the size of the displacement beyond which blocks count as collapsed under a load (3b,)."""
+        """Return the size of displacement beyond which the blocks count as collapsed under a load (3b,)."""
         return self.settings.far * max(1.0, self.size(load))
 
     def _negligible(self, load: np.ndarray) -> float:
         return self.settings.equilibrium * max(1.0, self.size(load))
 
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
-        """Return a motion of the blocks that no contact resists; None if contacts resist every motion.
+        """Return a motion of the blocks that no contact resists, or None if contacts resist every motion.
 
         Damping cannot slow a motion without resistance, because only the contacts are damped.
         """
@@ -236,7 +239,7 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return a displacement of size ``far`` along a mechanism; None if the motion may still stop.
+        """Return a displacement of size ``far`` along a mechanism, or None if the blocks may still stop.
 
         Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
         """
@@ -250,7 +253,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of eq. (2), and the share of the step that was taken.
+        """Return an implicit Euler step of eq. (2), and the share of its full length that was taken.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.
@@ -268,12 +271,12 @@ class EquilibriumSolver:
         return self._shorten(start, first, load)
 
     def _iterate(self, start: _Step, step: _Step, load: np.ndarray, damping: float) -> _Step:
-        """Return the result of one more Newton iteration of the time step that begins at ``start``."""
+        """Return the result of one further Newton iteration of the time step that begins at ``start``."""
         x = self.solve_linear(step.response.tangent, damping, step.residual)
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well; return the step and its share.
+        """Halve a time step until the tangent predicts the forces well. Return the step and its share.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """
@@ -289,7 +292,7 @@ class EquilibriumSolver:
         return None, 0.0
 
     def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
-        """Solve eq. (1) by Newton's method with backtracking; return None if the method fails."""
+        """Solve eq. (1) by Newton's method with backtracking. Return None if the method fails."""
         step = self._evaluate(state, load, 0.0, predictor)
         size = self.size(step.residual)
         for _ in range(self.settings.newton_iterations):
@@ -311,7 +314,7 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the response of the contacts to a displacement (3b,) from a state, with the residuals."""
+        """Return the contacts' response to a displacement (3b,) from a state, with the residuals."""
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)

@@ -55,7 +55,7 @@ class IncrementalOptions(Options):
 
 
 def incremental(task: Task) -> Solution:
-    """Raise the live load from rest until equilibrium is lost, and return the state of the collapse."""
+    """Raise the live load from zero until equilibrium is lost, and return the collapse state."""
     options, effort = task.options or IncrementalOptions(), task.effort
     effort.begins("incremental analysis")
     effort.uses(task.solver.name, "incremental analysis")
@@ -98,7 +98,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
 
 
 def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solution: Solution) -> Solution:
-    """Return the solution after a collapse: the exact state, or else the range of the load factor."""
+    """Return the solution after a collapse: an exact state, or a range of the load factor."""
     told: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
     if result.state is not None:
         ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **told)
@@ -113,7 +113,7 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
-    """Return the equilibrium under the largest carried load, together with the motion of the collapse."""
+    """Return the equilibrium under the largest load factor, together with the motion of the collapse."""
     problem, collapse = analysis.problem.by_cone, result.collapse
     assert collapse is not None
     work = float(problem.live @ collapse.motion)
@@ -122,7 +122,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return an exact state in which the dead load or a part of it causes collapse; None without one."""
+    """Return an exact state of collapse under the dead load or a part of it, or None if none is found."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Return a solution that shows its load–displacement curve if it has a load history."""
+    """If a solution has a load history, mark its load–displacement curve to be shown."""
     history = solution.load_history
     if history is None:
         return solution
@@ -144,7 +144,7 @@ def _with_curve(solution: Solution) -> Solution:
 
 
 def _spread(analysis: IncrementalAnalysis, draws: int) -> Reason:
-    """Return the ranges of the incremental load factor for random stiffness and for random self-stress.
+    """Return the ranges of the incremental load factor for random stiffness and random self-stress.
 
     A draw of self-stress is a vertex of the set of forces that balance the dead load, or a weighted mean of
     two vertices.
@@ -169,7 +169,7 @@ def _stressed(
 
 
 def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
-    """Return the least and the largest incremental load factor, and the number of analyses that have one."""
+    """Return the least and largest incremental load factor, and the number of analyses with a load factor."""
     ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
     found = [load_factor for load_factor in ends if load_factor is not None]
     return ((min(found), max(found)) if found else None), len(found)

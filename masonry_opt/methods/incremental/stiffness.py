@@ -22,11 +22,11 @@ class Factors(Protocol):
     """Factors of a stiffness matrix."""
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution for right-hand sides, shape (3b,) or (3b, count)."""
+        """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""
 
 
 class StiffnessMatrix:
-    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ of the blocks, for a tangent J and a damping η."""
+    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ of the blocks, for a contact tangent J and a damping η."""
 
     def __init__(
         self, problem: Problem, law: ContactLaw, settings: IncrementalSettings | None = None
@@ -35,11 +35,13 @@ class StiffnessMatrix:
         self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
-        #: Equilibrium matrix with the columns of the contact law, shape (3b, 3m), and its transpose.
+        #: Equilibrium matrix, shape (3b, 3m), with columns in the order of the contact law, and its
+        #: transpose.
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt = self.B.T.tocsr()
         self.size = B.shape[0]
-        # Two entries of B in columns of one joint contribute to one entry of S. Collect all these pairs.
+        # Two entries of B that belong to one joint contribute their product to one entry of S. Find all such
+        # pairs.
         kind, joint = np.divmod(column, m)
         of_joints = sp.csr_array((np.ones(B.nnz), (np.arange(B.nnz), joint)), shape=(B.nnz, m))
         first, second = (of_joints @ of_joints.T).nonzero()
@@ -62,11 +64,11 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if a problem has the joints and the elastic stiffness of this matrix."""
+        """Return True if this matrix is valid for a problem: equal joints and equal elastic stiffness."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
-        """Factorise the matrix for a tangent of the contact law, shape (3, 3, m), and a damping."""
+        """Factorise the matrix for a given tangent of the contact law, shape (3, 3, m), and damping η."""
         stiffness = self._assembly @ tangent.ravel()
         return self._order.factorise(stiffness + damping * self._elastic + self._regularisation)
 
@@ -81,11 +83,12 @@ class Band:
         row, column = place[rows], place[columns]
         self.width = int(np.abs(row - column).max(initial=0))
         self._size = size
-        # LAPACK stores the columns one after another, with additional rows above the band for pivoting.
+        # Position of each entry in LAPACK's band storage: column by column, with additional rows for
+        # pivoting.
         self._at = column * (3 * self.width + 1) + 2 * self.width + row - column
 
     def factorise(self, values: np.ndarray) -> "BandFactors":
-        """Factorise the matrix with the given entries, and return its factors."""
+        """Factorise the matrix with the given nonzero entries, and return its factors."""
         storage = np.zeros((self._size, 3 * self.width + 1))
         storage.ravel()[self._at] = values
         factors, pivots, _ = lapack.dgbtrf(storage.T, self.width, self.width, overwrite_ab=True)
@@ -100,7 +103,7 @@ class BandFactors:
         self._permutation = permutation
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution for right-hand sides, shape (3b,) or (3b, count)."""
+        """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""
         width, order = self._width, self._permutation
         found = lapack.dgbtrs(self._factors, width, width, right[order], self._pivots)[0]
         solution = np.empty_like(found)
@@ -122,15 +125,15 @@ class SparseOrder:
         self._indices, self._starts, self._shape = numbered.indices, numbered.indptr, (size, size)
 
     def factorise(self, values: np.ndarray) -> "SparseFactors":
-        """Factorise the matrix with the given entries, and return its factors."""
+        """Factorise the matrix with the given nonzero entries, and return its factors."""
         matrix = sp.csc_matrix((values[self._entry], self._indices, self._starts), shape=self._shape)
         return SparseFactors(self._factors(matrix, "NATURAL"), self._permutation)
 
     @staticmethod
     def _factors(matrix: sp.csc_matrix, order: str) -> "sp.linalg.SuperLU":
         options = {"SymmetricMode": True}
-        # Supernodes and panels of one column are 1.2 to 2.6 times as fast as the defaults on stiffness
-        # matrices.
+        # With supernodes and panels of one column, SuperLU is 1.2 to 2.6 times as fast on stiffness matrices
+        # as with its defaults.
         return splu(matrix, order, diag_pivot_thresh=0.01, relax=1, panel_size=1, options=options)
 
 
@@ -141,7 +144,7 @@ class SparseFactors:
         self._factors, self._permutation = factors, permutation
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution for right-hand sides, shape (3b,) or (3b, count)."""
+        """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""
         solution = np.empty_like(right)
         solution[self._permutation] = self._factors.solve(right[self._permutation])
         return solution

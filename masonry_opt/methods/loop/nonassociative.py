@@ -19,25 +19,25 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reasons to reject the load factor of a converged run as long as untried remedies remain."""
+    """Reasons to reject a converged run and to try a remedy."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
 
 
-#: Ways in which a run can fail: it does not converge (a status), or it converges to a load factor that is
-#: rejected (a shortfall).
+#: A run fails in one of two ways. Either it does not converge (a status), or it converges to a load factor
+#: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that changes the last attempt into the next one. None means that nothing would change.
+#: Function that returns the next attempt, given the last one. It returns None if it would change nothing.
 Remedy = Callable[[Attempt], Attempt | None]
 
-#: For each failure, the remedies that were not yet tried.
+#: Remedies that are still to be tried, for each kind of failure.
 _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return the next attempt, with accurate sub-problems; None if they are accurate already."""
+    """Return an attempt with accurate sub-problems, or None if they are already accurate."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -45,7 +45,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return the next attempt, with a third of the slope α; None if α has reached its minimum.
+    """Return an attempt with a third of the slope α, or None if α has reached its minimum.
 
     A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
     """
@@ -55,12 +55,12 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return the next attempt, with half the weight β of the latest normal forces."""
+    """Return an attempt with half of the weight β of the latest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return the next attempt, with the paper's cohesive start (section 6.3); None if already tried.
+    """Return an attempt with the paper's cohesive start (section 6.3), or None if it was already tried.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -68,21 +68,20 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return the next attempt, with Clarabel; after Clarabel, with the interior-point method of HiGHS."""
+    """Return an attempt with the solver Clarabel or, after Clarabel, with HiGHS's interior-point method."""
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return the next attempt, with another value of one option; ``remedy`` records the change."""
+    """Return an attempt in which one option has another value. ``remedy`` records the change."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: For each failure, the remedies in the order in which they are tried, each once. Each of them solves at
-#: least one of the test scenes on which a run fails. A change of the small cohesion is not among the
-#: remedies: it solved 3 of 193 scenes, which method "coulomb" also solves.
+#: Remedies for each kind of failure, in the order in which they are tried. Each remedy is tried once, and
+#: solves at least one of the test scenes on which a run fails.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -103,7 +102,7 @@ class _Ran:
 
     @property
     def failure(self) -> Failure | None:
-        """Failure of the run; None if its solution is final."""
+        """Failure of the run, or None if the solution of the run is final."""
         parameters, solution = self.attempt.parameters, self.solution
         if solution.answer is None:
             return None if solution.status is Status.JAMMED else solution.status
@@ -115,7 +114,7 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Return the solution of the paper's loop, for the joints' own flow rule (Coulomb: no dilatancy).
+    """Solve a problem by the paper's loop of linear programs, with the flow rule of its joints.
 
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.
@@ -123,14 +122,15 @@ def nonassociative(task: Task) -> Solution:
     original, options = task.problem, task.options or LoopOptions()
     attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
-    # Solver and tolerance for which the current driver is compiled.
+    # Solver and tolerance of the current driver. A new driver is compiled only if they change.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Least load factor of a sub-problem whose state satisfies the joints' own flow rule within ``BORNE_OUT``.
+    # Least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at most
+    # ``BORNE_OUT``.
     least: float | None = None
 
     def follow(step: Iteration) -> None:
-        """Update the least certified load factor with the state of a sub-problem; report the sub-problem."""
+        """Update the least certified load factor with the state of a sub-problem, and report progress."""
         nonlocal least
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least):
@@ -156,8 +156,7 @@ def nonassociative(task: Task) -> Solution:
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
     """Return the driver of the sub-problems, compiled for a solver and a tolerance."""
-    # Rough solutions are computed in units of the load, so that errors do not grow with the size of the
-    # scene.
+    # Scale rough sub-problems by the load, so that their errors do not grow with the size of the scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
@@ -165,7 +164,7 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
-    """Return the next attempt, which applies the next remedy for the failure of the last run.
+    """Return the next attempt, with the next remedy for the failure of the last run.
 
     None is returned if the last run did not fail, or if the options permit no further remedy.
     """
@@ -179,7 +178,7 @@ def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions)
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution:
-    """Return the solution of the run that decides the result, with the history of all runs.
+    """Return the solution of the run that determines the result, with the history of all runs.
 
     It is the solution of
 

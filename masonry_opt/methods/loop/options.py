@@ -9,9 +9,9 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end and
-#: without most remedies. The paper does not discuss infeasible sub-problems; after an infeasible sub-problem
-#: the loop starts again with a smaller slope.
+#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end.
+#: Only one of the remedies remains: after an infeasible sub-problem, which the paper does not discuss, the
+#: loop starts again with a smaller slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -26,11 +26,10 @@ PAPER: dict[str, Any] = {
 #: Default parameters of a run with accurate sub-problems, from section 5 of the paper.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
 
-#: Default parameters of a run with rough sub-problems: fewer values of α, and a larger tolerance.
+#: Default parameters of a run with rough sub-problems, which has fewer values of α and a larger tolerance.
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
-#: Number of joints from which sub-problems are solved with a larger tolerance by default, if the solver can
-#: stop early.
+#: Number of joints from which sub-problems are rough by default, if the solver can stop early.
 ROUGH_FROM = 1000
 
 
@@ -92,7 +91,7 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Return the options, to which the preset "paper" adds values that the user did not set."""
+        """Return the given options. With preset "paper", add its values for options that are not set."""
         has_preset = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if has_preset else given
 
@@ -105,13 +104,12 @@ class LoopOptions(Options):
 
 
 class LoopParameters(LoopOptions):
-    """Parameters of one run of the loop: its options, with defaults that suit the scene and the solver."""
+    """Options of one run of the loop, with defaults for the number of joints and the solver."""
 
     alpha: float
     beta: float
-    shrink: float  #: factor on α from one sub-problem to the next; 1/2 in the paper
-    #: Largest infeasibility and duality gap that the solver of sub-problems may leave; None for the usual
-    #: tolerance.
+    shrink: float  #: ratio of α to α in the previous sub-problem; 1/2 in the paper
+    #: Tolerance of the solver for infeasibility and duality gap, or None for the solver's usual tolerance.
     tolerance: float | None
 
 
@@ -121,5 +119,5 @@ class Attempt:
 
     parameters: LoopParameters
     solver: Solver
-    remedy: str = ""  #: option that was changed for this run, such as "beta=0.3"; "" for the first run
+    remedy: str = ""  #: changed option of this run, such as "beta=0.3"; "" for the first run
     number: int = 1  #: number of the run, from 1

@@ -23,35 +23,35 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
 #: Energy error of sliding joints, relative to λ, below which a run with rough sub-problems tries to end early
-#: with an exact state. A smaller value needs more sub-problems: on façades two to three times as many with
-#: 1e-3. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
+#: with an exact state. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three
+#: times as many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
 _NEARLY_TRUE = 5e-3
 
-#: Number of sub-problems between two attempts of a run to end early with an exact state.
+#: Number of sub-problems between two attempts to end a run early with an exact state.
 _PAUSE = 2
 
 #: Number of successive doublings of λ after which the loop counts as divergent.
 _DOUBLINGS = 5
 
-#: Relative rise of λ from one sub-problem to the next that counts as steady growth.
+#: Least relative increase of λ per sub-problem that counts as steady growth.
 _RISE = 1e-2
 
-#: Number of successive rises of λ by at least ``_RISE`` after which the loop may count as divergent.
+#: Number of successive increases of λ by at least ``_RISE`` that a divergent loop must have.
 _RISES = 30
 
-#: Ratio of λ to its first value above which a steady rise counts as divergence.
+#: Ratio of λ to its first value above which steady growth counts as divergence.
 _GROWN = 1e3
 
-#: Largest number of sub-problems in a cycle that the loop can detect.
+#: Largest length of a cycle that can be detected, in sub-problems.
 LONGEST_PERIOD = 6
 
-#: Largest drift of λ from one cycle of the loop to the next, relative to the range of λ in a cycle. With a
+#: Largest change of λ from one cycle of the loop to the next, relative to the range of λ in a cycle. With a
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: A face counts as moving if its rate is above one of these shares of the largest rate. The first share
-#: exceeds the rates that solvers return for zero. The second share is used only if the first leads to no
-#: exact state, which happens in some cycles.
+#: Rate above which a face counts as moving, relative to the largest rate. The first value is larger than the
+#: rates that solvers return for zero. The second value is tried if the first leads to no exact state, which
+#: happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
 #: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.
@@ -63,28 +63,28 @@ class Iteration:
     """Record of one sub-problem in the history of the loop."""
 
     iteration: int  #: number of the sub-problem in its run, from 1
-    load_factor: float  #: λ of the sub-problem, uncorrected
-    #: Slope of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
+    load_factor: float  #: λ of the sub-problem, without the correction of step 6
+    #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    change: float  #: largest change of a normal force since the previous sub-problem, in median block weights
+    change: float  #: largest change of a normal force from the previous sub-problem, in median block weights
     violation: float  #: largest violation of the true Coulomb law, in median block weights
-    raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
+    raising: float  #: work done against the dead load, in units of λ (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
-    #: Energy that the slips of the sub-problem dissipate with the true shear limits, in units of λ (the
-    #: paper's corrected energy).
+    #: Energy that the slips of the sub-problem would dissipate with the true shear limits, in units of λ: the
+    #: paper's corrected energy.
     coulomb_sliding: float
-    #: error of the dissipated energy, in units of λ: the sum over all joints of |energy with the shear limits
-    #: of the sub-problem − energy with the true shear limits|. The small cohesion that the loop adds is not
-    #: counted.
+    #: Error of the dissipated energy, in units of λ: the sum, over all joints, of the difference between the
+    #: energies with the shear limits of the sub-problem and with the true limits. The small cohesion that the
+    #: loop adds is not counted.
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
-    remedy: str  #: option that was changed for this run, such as "beta=0.3"; "" for the first run
+    remedy: str  #: changed option of the run, such as "beta=0.3"; "" for the first run
     solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; None in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
-    """Return the record of a sub-problem; ``before`` is the state of the sub-problem before it."""
+    """Return the record of a sub-problem. ``before`` is the state of the previous sub-problem."""
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
@@ -122,10 +122,10 @@ class Run:
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
-        #: True if the run ends as soon as an exact state is found.
+        #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is the associative load factor. With rough sub-problems the first
-        #: load factor differs from it by up to 0.4 %.
+        #: True if the first load factor is the associative load factor. With rough sub-problems both load
+        #: factors differ by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -161,7 +161,7 @@ class Run:
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
 
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
-        """Return the associative answer if it obeys the joints' own flow rule; otherwise return None.
+        """Return the associative answer if it also obeys the joints' own flow rule, otherwise None.
 
         None is also returned for a cohesive start and with the option ``always``.
         """
@@ -173,7 +173,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with this sub-problem; otherwise return None.
+        """Return the solution of the run if the run ends with this sub-problem, otherwise None.
 
         A run ends in one of these cases:
 
@@ -185,8 +185,8 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Runs that may end early skip a few sub-problems between two attempts to find an exact state.
-            # Other runs end when λ has converged.
+            # After a failed attempt to find an exact state, a run that may end early waits for a few
+            # sub-problems. All other runs try only when λ has converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -209,7 +209,7 @@ class Run:
         return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """Return the solution with exact forces near the last sub-problem; None if no such forces exist.
+        """Return the solution with exact forces near the last sub-problem, or None if none are found.
 
         None is also returned if the option ``finish`` is off.
         """
@@ -221,8 +221,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # Sliding joints contract in a sub-problem. In joints of limited strength this contraction may also be
-        # crushing, so that the programs for rough sub-problems are tried too.
+        # In joints of limited strength, the contraction of sliding joints in a sub-problem may also be
+        # crushing. The programs for rough sub-problems can handle this case.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -230,10 +230,10 @@ class Run:
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """Return the solution of a run in which λ has converged; λ is corrected by step 6 of the paper."""
+        """Return the solution of a converged run. Step 6 of the paper corrects its load factor."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # The associative load factor, if known, is an upper bound of all load factors with less dilatancy.
+        # Limit λ to the associative load factor, which is an upper bound for any smaller dilatancy.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -262,7 +262,10 @@ def diverges(load_factors: Sequence[float]) -> bool:
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if the last values are positive, and each exceeds its predecessor by ``rise``."""
+        """Return True if each of the last values exceeds its predecessor by the relative ``rise``.
+
+        All values must be positive.
+        """
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
@@ -272,7 +275,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems per cycle if the loop repeats itself; 0 without a cycle.
+    """Return the number of sub-problems per cycle if the loop repeats itself, or 0 if it does not.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.
@@ -293,7 +296,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state that has the mechanism of an accurate sub-problem and the λ closest to ``near``.
+    """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
 
     None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not form one
     collapse state.
@@ -311,7 +314,7 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Return the exact state near a rough solution of a sub-problem; None if no such state is found.
+    """Return an exact state near a rough solution of a sub-problem, or None if no state is found.
 
     In a rough solution no rate is exactly zero, so that the moving faces are not known. The first program
     finds forces of low λ that leave little energy z·p for the rates of the solution. The second program finds
@@ -342,6 +345,6 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    """Return an answer from forces and velocities if they form one collapse state; otherwise return None."""
+    """Return an answer from forces and velocities if they form one collapse state, otherwise None."""
     answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

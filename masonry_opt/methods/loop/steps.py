@@ -13,20 +13,20 @@ from masonry_opt.solution.answer import largest_acting, of_lesser_block
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
-#: Largest number of times that the trial cohesion is raised while the first sub-problem is infeasible.
+#: Largest number of increases of the trial cohesion, if the first sub-problem is infeasible.
 _MOST_RAISES = 8
 
-#: Factor on the trial cohesion each time that it is raised.
+#: Factor of each increase of the trial cohesion.
 _RAISE_FACTOR = 4
 
-#: Largest normal force that scales the small cohesion of a joint, relative to the largest force on the
-#: joint's own blocks. Larger forces elsewhere in the connected component do not count.
+#: Limit of the normal force that scales the small cohesion of a joint, relative to the largest force on the
+#: joint's own blocks. Very large forces elsewhere then do not make the cohesion too large.
 _DWARFS = 1e3
 
 
 @dataclass(frozen=True)
 class SubProblem:
-    """Linear program of one iteration of the loop (a sub-problem), with its optimum."""
+    """Solved sub-problem: the linear program of one iteration of the loop, with its optimum."""
 
     number: int  #: number of the sub-problem in its run, from 1
     solved: Solved  #: status and time of the solver
@@ -45,7 +45,7 @@ class LimitUpdate:
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
     small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
-    #: Normal forces at which the next shear limits equal Coulomb's limits, averaged with weight β, shape
+    #: Normal forces, averaged with weight β, at which the next shear limits equal Coulomb's limits, shape
     #: (c,).
     about: np.ndarray
 
@@ -69,7 +69,7 @@ class LimitUpdate:
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters
 ) -> Iterator[SubProblem | Solved]:
-    """Yield the solved sub-problems of the loop: steps 1 to 5 of the paper's section 4.2.
+    """Solve the sub-problems of the loop by steps 1 to 5 of the paper's section 4.2, and yield them.
 
     The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
     in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is
@@ -77,7 +77,7 @@ def sub_problems(
     """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
-    # Step 1: Coulomb's limits, or a trial cohesion with the cohesive start.
+    # Step 1: begin with Coulomb's limits or, for the cohesive start, with a trial cohesion.
     limits = ShearLimits.true(problem)
     if parameters.start == "cohesive":
         limits = ShearLimits(small_cohesion, small_cohesion + parameters.trial_cohesion)
@@ -86,8 +86,8 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # The first trial cohesion is arbitrary. It is raised as long as the first sub-problem is infeasible,
-        # because it is then too small to carry the dead load.
+        # Raise the trial cohesion as long as the first sub-problem is infeasible, because it is then too
+        # small to carry the dead load.
         for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
                 break
@@ -105,7 +105,8 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            # Use the smallest α for the last sub-problems, because sliding joints contract by α μ.
+            # λ has converged: continue with the smallest α, because sliding joints contract by α μ per unit
+            # slip.
             next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
@@ -115,12 +116,12 @@ def sub_problems(
         update = LimitUpdate(problem, last, alpha, small_cohesion, about)
         limits = parameters.revise(update) if parameters.revise else update.limits()  # step 4
         if not isinstance(limits, ShearLimits):
-            raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
+            raise OptionError(f"the function of option 'revise' must return ShearLimits (found {limits!r})")
         previous = state
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return the load factor minus the energy that the small cohesion dissipates (step 6), in units of λ."""
+    """Return the load factor without the contribution of the small cohesion: step 6 of the paper."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
@@ -128,7 +129,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return the normal force to which the small cohesion of each joint is proportional, shape (c,).
+    """Return, for each joint, the normal force that scales its small cohesion, shape (c,).
 
     The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
     the largest force on the joint's own blocks. The cohesion is then small for each joint.
