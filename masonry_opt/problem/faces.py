@@ -23,7 +23,7 @@ _LOW_KNOTS = 4
 
 
 class ChordCoefficients(NamedTuple):
-    """Coefficients of the chords of the moment parabola, which bound the moment of a crushing joint.
+    """Coefficients of chords, which approximate the moment parabola of joints of limited strength.
 
     Each chord is the condition m ≤ L/2 (slope · n + constant · f_c L) on the moment m and the normal force n
     of a joint of length L and strength f_c.

@@ -126,7 +126,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names joints at supports that transfer friction only because of self-stress."""
+    """Return a warning about joints at supports whose friction forces are due to self-stress alone."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -206,7 +206,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about edge loads beyond the ends of edges, and about axles that are left out."""
+    """Yield warnings about edge loads that extend beyond edges, and about axles that are left out."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
@@ -308,9 +308,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unit weights of fills and backings whose unit seems to differ from the blocks'.
+    """Yield warnings about unit weights of fills and backings that seem to have a wrong unit.
 
-    If all blocks are weightless, fills and backings are compared with each other.
+    Fills and backings are compared with the blocks, or with each other if all blocks are weightless.
     """
     of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
@@ -360,7 +360,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a warning that names the blocks with an extreme ratio, with the most extreme ratio first.
+    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.
