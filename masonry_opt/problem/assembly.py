@@ -245,9 +245,9 @@ def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
     # The unit of length is half the median joint length; in space, half the square root of the median joint
-    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n, so moments and
-    # forces have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a mean, is
-    # insensitive to a few very large or small blocks.
+    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n. Moments and
+    # forces therefore have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a
+    # mean, is insensitive to a few very large or small blocks.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:

@@ -34,10 +34,10 @@ class Matrices:
     """Equilibrium matrix of a problem with b movable blocks, c joints and t limited forces."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
-    #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at
-    #: their end, the shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about
-    #: the middle of the joint is L/2 (n₂ − n₁). In space the columns are the normal forces n of all contact
-    #: points, the shears s, the shears t, then the limited forces.
+    #: centroid. The columns are all normal forces n₁ at the starts of joints (compression > 0), all n₂ at the
+    #: ends, all shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about the
+    #: middle of the joint is L/2 (n₂ − n₁). In space the columns are all normal forces n, all shears s, all
+    #: shears t, then the limited forces.
     B: sp.csr_array
     #: Length of each joint (in space, area of each contact point) divided by the median, shape (c,). The
     #: stiffness of elastic contacts is proportional to this value. A contact at a corner has no length; its

@@ -13,10 +13,7 @@ class Kind(StrEnum):
     ASSOCIATIVE = "associative"
     #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces
     #: with exact Coulomb friction are compatible with the mechanism of the loop. Otherwise it is the solution
-    #: of the last sub-problem, with two errors. The friction limits of a sub-problem are computed from the
-    #: normal forces of the previous sub-problem, so the yield residual reaches a tenth of a block's weight on
-    #: the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds to the flow
-    #: residual.
+    #: of the last sub-problem, with errors of yield and flow that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
     #: violate the yield conditions by up to half of the largest force on a block. Violations are limited only
@@ -66,7 +63,9 @@ class Limits:
 
 
 #: Limits of the residuals for each kind of answer. Published load factors agree to four digits, so the limits
-#: of associative answers are 1e-4.
+#: of associative answers are 1e-4. The loop computes friction limits from the normal forces of the previous
+#: sub-problem: on the walls of Table 1, its yield residual reaches a tenth of a block's weight. In the loop,
+#: sliding joints contract by 10⁻³ μ times their slip, which adds to the flow residual.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
