@@ -44,10 +44,11 @@ class ChordCoefficients(NamedTuple):
     constant: np.ndarray
 
 
-#: Knots x = n / (f_c L) from zero to the vertex of the parabola, at equal steps of √x.
+#: Knots x = n / (f_c L), normal forces relative to the crushing force f_c L, from zero to the vertex of the
+#: parabola. The steps of √x are equal.
 _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 
-#: Knots x = n / (f_c L) below the first rising knot. Each knot is a quarter of the next knot.
+#: Further knots x between zero and the first rising knot. Each knot is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
 #: All knots, from x = 0 to x = 1.
@@ -326,9 +327,9 @@ class Faces:
 
     @cached_property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k).
+        """Return the multiplier of each shear limit in each yield condition, shape (faces, k).
 
-        The factor is the share of the limit that is available in a sense of sliding. For other conditions it
+        The multiplier is the share of the limit that is available in a sense of sliding. For other conditions it
         is zero.
         """
         sliders = np.tile(np.arange(len(self.sliding)), len(self.layout.senses))

@@ -139,7 +139,7 @@ class ProblemParts:
 
     @property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k)."""
+        """Return the multiplier of each shear limit in each yield condition, shape (faces, k)."""
         return self.table.limit_factors
 
     @property

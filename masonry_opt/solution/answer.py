@@ -281,10 +281,11 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|.
+    """Return the residuals of joint forces q that carry the live load alone, without cohesion.
 
-    The joint forces q have shape (3c,). The second condition is not tested for the faces (yield conditions)
-    for which ``still``, shape (faces,), is True.
+    They are the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
+    have shape (3c,). The second condition is not tested for the faces (yield conditions) for which ``still``,
+    shape (faces,), is True.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))
