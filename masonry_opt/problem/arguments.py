@@ -8,7 +8,7 @@ from masonry_opt.errors import OptionError
 
 
 def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
-    """Check an argument, and return one number for each of the joints that can slide, shape (k,).
+    """Check an argument, and return one number for each joint that can slide, shape (k,).
 
     A single number applies to all joints.
 
@@ -38,7 +38,10 @@ def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
 
 
 def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
-    """Return a value as an array of floats. Raises OptionError if the value contains anything but numbers."""
+    """Convert a value to an array of floats.
+
+    Raises OptionError if the value is neither a number nor an array of numbers.
+    """
     try:
         array = np.asarray(value)
     except ValueError:  # NumPy raises ValueError for nested lists of unequal lengths
@@ -49,7 +52,7 @@ def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
 
 
 def _described(array: np.ndarray, value: Any = None) -> str:
-    """Return a description of an argument for an error message."""
+    """Describe an argument for an error message, such as ``an array of shape (2,)``."""
     if array.ndim:
         kind = "" if array.dtype.kind in "iuf" else f" of {array.dtype.name}"
         return f"an array{kind} of shape {array.shape}"

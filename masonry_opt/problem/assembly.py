@@ -36,14 +36,15 @@ _LARGEST_LIMIT = 1e9
 
 @dataclass(frozen=True)
 class Assembly:
-    """Limit analysis problem, with its scene, the shapes of its blocks and its joints."""
+    """Limit analysis problem of a scene, together with the scene, its joints and the shapes of its blocks."""
 
     problem: Problem
     scene: Scene
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
-    #: Length of the part of each edge load's line along which no movable block has a free edge.
+    #: For each edge load, the length of its line that is not on a free edge of a movable block. The load has
+    #: no effect there.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
@@ -75,7 +76,10 @@ class Assembly:
 
     @property
     def block_loads(self) -> Loads:
-        """Return the loads on the movable blocks; after a settlement, at the displaced points of action."""
+        """Return the loads on the movable blocks.
+
+        If supports have settled, the loads act at the displaced points of action.
+        """
         if self.at_rest is None:
             return loads(self.scene, self.geometry, self.movable)
         return _moved_loads(self.scene, self.at_rest, self.scene.settled)
@@ -102,17 +106,18 @@ class Assembly:
         return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        """Return the indices of the scene's joints that contain the given joints of the problem.
+        """Return the indices of the scene's joints to which given joints of the problem belong.
 
-        Duplicates are removed.
+        In space, the problem's joints are contact points. Duplicates are removed.
         """
         joints = self.joint[indices]
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value within each joint of the scene.
+        """Return, for each joint of the scene, the largest of the values at its contact points.
 
-        ``values`` has one value for each joint of the problem.
+        ``values`` has one value for each joint of the problem. In space, the problem's joints are contact
+        points.
         """
         return self.joints.most(values[self.of_point])
 
@@ -127,7 +132,7 @@ class Assembly:
 
 
 def assemble(scene: Scene | str | Path, *, floating: bool = False) -> Assembly:
-    """Find the joints of a scene and assemble eqs (1) to (6).
+    """Find the joints of a scene, and assemble its limit analysis problem, eqs (1) to (6).
 
     Parameters
     ----------
@@ -151,9 +156,9 @@ def assemble(scene: Scene | str | Path, *, floating: bool = False) -> Assembly:
 
 
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """Return the assembly of a changed scene that reuses the matrices of a given assembly.
+    """Assemble the problem of a changed scene, and reuse the matrices of an earlier assembly.
 
-    The scene may differ from that of the given assembly only in loads and joint properties. The result is
+    The scene may differ from the scene of ``assembly`` only in loads and joint properties. The result is
     None if anything else differs, or if supports of the scene have settled.
 
     Raises
@@ -217,7 +222,8 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # After the settlement, level edges below a fill are inclined and carry a small pressure.
+        # If the settlement inclines edges below a fill that were level, they carry an earth pressure that
+        # ``state.limited`` does not contain. All limited forces then start at their lower limits.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))
@@ -227,7 +233,7 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
 
 
 def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
-    """Return the loads of a scene on its movable blocks, at points that have moved with the blocks.
+    """Return the loads on the movable blocks, with points of action that have moved with the blocks.
 
     The scene may have other loads than the scene of the assembly ``at_rest``.
     """
@@ -239,9 +245,9 @@ def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
     # The unit of length is half the median joint length; in space, half the square root of the median joint
-    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n, so moments and
-    # forces have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a mean, is
-    # insensitive to a few very large or small blocks.
+    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n. Moments and
+    # forces therefore have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a
+    # mean, is insensitive to a few very large or small blocks.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:
@@ -275,16 +281,16 @@ def _scaled_loads(
         dead, live = dead / scale, live / scale
     if not (np.isfinite(dead).all() and np.isfinite(live).all()):
         raise CaseError(
-            f"{scene.origin}: the loads differ by more than double precision can represent (the median block "
-            f"load is {force_unit:.3g}): give weights and loads in the same unit"
+            f"{scene.origin}: some loads, divided by the median block load of {force_unit:.3g}, are too "
+            "large for double precision: give weights and loads in the same unit"
         )
     return dead, live, force_unit
 
 
 def _force_unit(scene: Scene, matrices: Matrices, *loads: np.ndarray) -> float:
-    """Return the median force on a loaded block under the first nonzero load of ``loads``.
+    """Return the unit of force: the median force on a loaded block.
 
-    The value is 1 if all loads are zero.
+    The forces are those of the first nonzero load in ``loads``. The unit is 1 if all loads are zero.
     """
     for load in loads:
         sizes = np.hypot.reduce(matrices.by_block(load)[:, : scene.dimension], axis=1)
@@ -330,7 +336,7 @@ def with_supports_freed(
 
 
 def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_unit: float) -> Law:
-    """Return the joint law in dimensionless units.
+    """Return the joint law of a scene in dimensionless units.
 
     Raises CaseError if the limit of a force is too large, relative to the loads.
     """
@@ -338,9 +344,9 @@ def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_un
         limit = force.lowest if np.isinf(force.highest) else force.highest
         if limit > _LARGEST_LIMIT * force_unit:
             raise CaseError(
-                f"{scene.origin}: {force.role} '{force.name}': its limit, {limit:.3g}, is more than "
-                f"{_LARGEST_LIMIT:.0e} times the median block load, {force_unit:.3g}: check the unit of the "
-                "limit, or omit 'strength' for a tie or prop that never yields"
+                f"{scene.origin}: {force.role} '{force.name}' has the limit {limit:.3g}, which is more than "
+                f"{_LARGEST_LIMIT:.0e} times the median block load of {force_unit:.3g}: check the unit of "
+                "the limit, or omit 'strength' for a tie or prop that never yields"
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts

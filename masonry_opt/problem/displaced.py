@@ -25,9 +25,9 @@ def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Rotate vectors by the rotations of poses; in space by Rodrigues' formula.
+    """Rotate vectors by the rotation of each pose, without the translation.
 
-    Arrays have the shapes of ``placed``.
+    Arrays have the shapes of ``placed``. In space, the rotation is computed by Rodrigues' formula.
     """
     if vectors.shape[-1] == 3:
         angle = np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)

@@ -81,7 +81,7 @@ class EdgeFactors:
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
-        """Return the slack z₁ of sliding in the negative sense of each joint, as a linear form.
+        """Return the slack z₁ of sliding in the negative sense at each joint, as a linear form.
 
         The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0. The key of each form is the number of the rate p₁, which is
         complementary to the slack.
@@ -127,7 +127,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening Aᵀd of each edge that can only open, with the number of its rate u.
+        """Yield the opening Aᵀd of each edge that cannot close, and the number of its rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """
@@ -137,13 +137,13 @@ class EdgeFactors:
                     yield self._motion(j, edge), 4 * j + edge
 
     def live_work(self) -> Form:
-        """Return the normalisation of the live load's work, f_L·d − Σ|f_L| = 0, as a linear form."""
+        """Return the equation f_L·d − Σ|f_L| = 0, which scales the velocities, as a linear form."""
         live = self.problem.live
         form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
         return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
-        """Return one motion of a joint as a linear form of the velocities.
+        """Return an opening or the slip of a joint as a linear form of the velocities.
 
         Kinds 0 and 1 are the openings of the joint's edges; kind 2 is its slip.
         """

@@ -23,9 +23,10 @@ _LOW_KNOTS = 4
 
 
 class ChordCoefficients(NamedTuple):
-    """Coefficients of the chords m ≤ L/2 (slope · n + constant · f_c L) of the moment parabola.
+    """Coefficients of chords, which approximate the moment parabola of joints of limited strength.
 
-    The chords bound the moment of a joint of limited strength.
+    Each chord is the condition m ≤ L/2 (slope · n + constant · f_c L) on the moment m and the normal force n
+    of a joint of length L and strength f_c.
 
     The lines, shape (chords,) each, form a polygon inside the parabola |m| ≤ n (L/2 − n / (2 f_c)), so that
     linear programs can represent it. The first line passes through the origin. An associative λ by the chords
@@ -43,10 +44,11 @@ class ChordCoefficients(NamedTuple):
     constant: np.ndarray
 
 
-#: Knots x = n / (f_c L) from zero to the vertex of the parabola, at equal steps of √x.
+#: Knots x = n / (f_c L), normal forces relative to the crushing force f_c L, from zero to the vertex of the
+#: parabola. The steps of √x are equal.
 _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 
-#: Knots x = n / (f_c L) below the first rising knot. Each knot is a quarter of the next knot.
+#: Further knots x between zero and the first rising knot. Each knot is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
 #: All knots, from x = 0 to x = 1.
@@ -61,7 +63,7 @@ MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the chord rates p ≥ 0 that cause a given motion of joints with the least dissipation.
+    """Return the rates p ≥ 0 of the chords that produce a given motion of joints with the least dissipation.
 
     Parameters
     ----------
@@ -97,20 +99,21 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Return the largest moment, divided by L/2, that joints carry under normal forces n, shape (joints,).
+    """Return the largest moment, divided by L/2, that joints of length L carry under normal forces n.
 
-    ``whole`` is f_c L of each joint. Beyond this force the result is negative.
+    The result has shape (joints,). ``whole`` is f_c L of each joint. Beyond this force the result is
+    negative.
     """
     return n * (1 - n / whole)
 
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the energy that joints dissipate by crushing, divided by f_c L, shape (joints,).
+    """Return the energy that joints dissipate by crushing, divided by their crushing force f_c L.
 
-    The strength is limited by the parabola.
+    The result has shape (joints,). The strength is limited by the parabola.
 
-    It is the largest value of |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1. Opening and rotation are those
-    of :func:`chord_rates`.
+    The energy is the largest value of |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1. Opening and rotation
+    are those of :func:`chord_rates`.
     """
     turning = np.abs(rotation)
     ratio = np.divide(opening, turning, out=np.where(opening < 0, -1.0, 1.0), where=turning > 0)
@@ -131,8 +134,8 @@ class Layout:
     """
 
     #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1). In
-    #: the plane the senses are +1 and −1. In space they are directions at equal angles; the angle between the
-    #: joint's tangent and the first direction is half as large.
+    #: the plane the senses are +1 and −1. In space they are directions at equal angles from one
+    #: another. The first direction is at half this angle from the joint's tangent.
     senses: np.ndarray
     factor: float = 1.0  #: shear that is available in each sense, divided by the shear limit c + μ n
     #: Name of the friction polygon in results; empty in the plane, where friction needs no polygon.
@@ -144,7 +147,7 @@ class Layout:
     #: Number of contact points of a joint. Each contact point has one normal force. The remaining force
     #: components of a joint are shears.
     points: ClassVar[int] = 2
-    round: ClassVar[bool] = False  #: True if friction is a cone, approximated by a polygon (in space)
+    round: ClassVar[bool] = False  #: True in space, where a polygon approximates the friction cone
     called: ClassVar[str] = "joints"  #: name of the problem's joints in printed results
 
     __repr__ = brief
@@ -157,7 +160,7 @@ class Layout:
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all components of a load, shape (b, rows)."""
+        """Return the sum of the magnitudes of all components of a load of shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
@@ -193,7 +196,7 @@ class SpaceLayout(Layout):
         return rates
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all forces and moments in a load, shape (b, 6).
+        """Return the sum of the magnitudes of all forces and moments in a load of shape (b, 6).
 
         Magnitudes do not depend on the axes.
         """
@@ -207,7 +210,7 @@ PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 
 def space(sides: int) -> Layout:
-    """Return the index conventions of space, with a friction polygon of the given number of sides.
+    """Return the index conventions of problems in space, for a friction polygon of ``sides`` sides.
 
     The polygon lies inside the friction cone. Each side is ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. One
     corner of the polygon lies along the tangent. If the number of sides is a multiple of 4, a corner lies
@@ -324,10 +327,10 @@ class Faces:
 
     @cached_property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k).
+        """Return the multiplier of each shear limit in each yield condition, shape (faces, k).
 
-        The factor is the share of the limit that is available in a sense of sliding. For other conditions it
-        is zero.
+        The multiplier is the share of the limit that is available in a sense of sliding. For other
+        conditions it is zero.
         """
         sliders = np.tile(np.arange(len(self.sliding)), len(self.layout.senses))
         factors = self.layout.factor * selection(sliders, len(self.sliding))
@@ -352,7 +355,10 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions at each contact point, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions of joints of limited strength.
+
+        The shape (2, l, chords) is for both contact points, the l joints, and the chords.
+        """
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 
     @cached_property

@@ -37,7 +37,9 @@ class FilledPiece:
     fill: int  #: index in the scene's fills
     block: int  #: index in the scene's blocks
     edge: int  #: index in the geometry's edges
-    ends: np.ndarray  #: ends relative to the geometry's origin, with the block on the left, shape (2, 2)
+    #: Ends of the piece, relative to the geometry's origin, shape (2, 2). The block is on the left of the
+    #: line from the first to the second end.
+    ends: np.ndarray
     depth: np.ndarray  #: depth of the ends below the road, shape (2,)
     stress: np.ndarray  #: vertical stress σ from the fill, at the two ends, shape (2,)
     zone: int = 0  #: zone of the fill that touches the piece: 0 for the soil, 1 for its backing
@@ -58,16 +60,16 @@ class FilledPiece:
 
 
 def _called(number: int) -> str:
-    """Return the name of the road of a fill in errors; ``number`` is the index of the fill."""
+    """Return the name that error messages use for the road of the fill with the index ``number``."""
     return f"the road of fill no. {number + 1}"
 
 
 def profile_of(scene: Scene, shapes: Geometry, number: int, road: np.ndarray | None = None) -> Profile:
-    """Return the profile of uppermost block edges below the road of a fill.
+    """Return the profile of the uppermost block edges below the road of a fill.
 
     ``number`` is the index of the fill. ``road`` is its road relative to the origin of the shapes, by default
-    as drawn. Raises CaseError if the road runs through a block, or there is no
-    block below a part of it.
+    as drawn. Raises CaseError if the road runs through a block, or if there is no block below a part of the
+    road.
     """
     if road is None:
         road = np.array(scene.fills[number].road) - shapes.origin
@@ -111,7 +113,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
 
 
 def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
-    """Split a piece of an edge at the backing of a fill, and yield the parts with their zones.
+    """Split a piece of an edge into parts that touch the soil or the backing of a fill, and yield the parts.
 
     The piece is cut where the upper line of the backing bends, ends or crosses the piece.
     """
@@ -123,14 +125,17 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # The block of an upright face is on its left and the fill is on its right. The test point is moved
-    # slightly to the right, because a backing that ends at the face may be on either side.
+    # A backing that ends at an upright face may be on either side of the face. The point that decides if the
+    # backing touches the face is therefore moved slightly into the fill, which is on the right of the face.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
 
     def line_height(share: np.ndarray) -> np.ndarray:
-        """Return the height of the backing's upper line above positions 0 to 1 along the piece."""
+        """Return the height of the backing's upper line above points of the piece.
+
+        ``share`` has the positions of the points, from 0 at the start of the piece to 1 at its end.
+        """
         x, y = ends[0, :, None] + np.outer(ends[1] - ends[0], share)
         return np.interp(x, *line.T) - y
 
@@ -174,7 +179,7 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
-    """Return the forces and moments from the weight of fills on each block, by kind of load.
+    """Return the forces and moments on each block from the weight of fills, by kind of load.
 
     The arrays of the kinds "dead" and "live" have shape (blocks, 3), in the scene's units. In an earthquake
     the mass of the fill pushes the blocks too.
@@ -197,7 +202,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """Yield the horizontal earth pressure on each piece that is not level, as a limited force.
+    """Yield the horizontal earth pressure on each inclined or upright piece of an edge, as a limited force.
 
     The resultant on a piece of a movable block lies between K_a and m K_p times the vertical stress over the
     height of the piece (Rankine), times the factor of the load case.
@@ -219,7 +224,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 
 
 class Road:
-    """Road line over the blocks of a plane scene, which distributes loads to the blocks below.
+    """Road above the blocks of a plane scene, which transmits loads to the blocks below it.
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
@@ -263,7 +268,10 @@ class Road:
         at_rest: Geometry | None = None,
     ) -> None:
         def relative(points: Sequence[tuple[float, float]], called: str) -> np.ndarray:
-            """Return the points of a road above the blocks, relative to the origin."""
+            """Return the points of a road, relative to the origin.
+
+            If supports have settled, the points have moved with the blocks below the road.
+            """
             drawn = np.array(points, dtype=float) - shapes.origin
             return drawn if at_rest is None else scene.settled.road(scene, at_rest, drawn, called)
 
@@ -278,8 +286,8 @@ class Road:
         self._movable = ~scene.fixed
         if not self._movable[self._block[self._block >= 0]].any():
             raise CaseError(
-                f"{scene.origin}: no movable block lies under {called} from {list(line[0])} to "
-                f"{list(line[-1])}: choose points of a line above movable blocks"
+                f"{scene.origin}: no movable block is below {called} from {list(line[0])} to "
+                f"{list(line[-1])}: choose points above movable blocks"
             )
         self._fills = [
             (
@@ -295,7 +303,7 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
         pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
-        # If fill spreads loads to distant blocks, the road is also divided into equal parts.
+        # If a fill spreads loads, the road is divided into equal parts too, for integrals over uniform loads.
         evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
         self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 
@@ -349,7 +357,7 @@ class Road:
 
 
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Distribute vertical point loads on a fill to the pieces of edges below.
+    """Distribute vertical point loads on a fill to the pieces of block edges below the fill.
 
     The function returns the share of each load that acts on each piece, and its first moment.
 
@@ -384,7 +392,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of each load that spreads to one side, and its first moment about the load.
+    """Return the share of each load that each piece on one side carries, and its moment about the load.
 
     The results have shape (loads, pieces), with one entry for each piece of an edge.
 
@@ -392,19 +400,20 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     from the load, shape (loads, pieces, 2).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # Each piece is cut at the position of the load. The part behind the load is computed with the opposite
-    # side.
+    # A piece that extends to both sides of the load is cut at the load. The call for the opposite side
+    # computes the other part.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Tangents of the rays to both ends of each piece, but at most the tangent of the angle of spread.
+    # Tangents of the angles from the vertical to the rays that reach both ends of each piece. Rays that are
+    # flatter than the angle of spread are replaced by the ray at this angle.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays with a tangent up to `before` reach earlier pieces. Rays with a tangent up to `after` reach this
-    # piece or an earlier one.
+    # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and
+    # `after` can end on this piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)

@@ -37,7 +37,7 @@ class Sides(_Limited):
         return self.layout.word
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint in sliding.
+        """Return the complementarity error of sliding at each joint.
 
         The error is the energy of sliding while the shear is below its limit. The shape is (senses, k) for
         linear conditions and (k,) for a cone.
@@ -54,7 +54,7 @@ class Sides(_Limited):
         return np.abs(z * slides)
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """Return the slip rate of each joint, shape (k,), given the rates of its senses, shape (senses, k).
+        """Return the slip rate of each joint, shape (k,), from its rates in all senses, shape (senses, k).
 
         The slip rate times the shear limit is the dissipated power.
         """
@@ -75,7 +75,7 @@ class Cone(Sides):
         return self._limit(n) - np.hypot(*shears)
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint that slides on the friction cone, shape (k,).
+        """Return the complementarity error of sliding at each joint with a friction cone, shape (k,).
 
         See :meth:`Sides.energies`.
         """
@@ -99,7 +99,7 @@ class Chords(_Limited):
     word = "chords"
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint in crushing.
+        """Return the complementarity error of crushing at each joint.
 
         The error is the energy of crushing while the joint is below its strength. The shape is (2, l, chords)
         for chords and (l,) for the parabola.
@@ -115,9 +115,10 @@ class Chords(_Limited):
 
 
 class Parabola(Chords):
-    """Limited compressive strength by the exact parabola |m| ≤ L/2 (n − n² / (f_c L)) of the paper.
+    """Limited compressive strength, with the exact moment parabola of the paper.
 
-    In normal forces at the contact points, the condition is 2 n₁, 2 n₂ ≥ n² / (f_c L).
+    The parabola is |m| ≤ L/2 (n − n² / (f_c L)). In normal forces at the contact points, the condition
+    is 2 n₁, 2 n₂ ≥ n² / (f_c L).
     """
 
     conic = True
@@ -132,7 +133,7 @@ class Parabola(Chords):
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of each joint that crushes by the parabola, shape (l,).
+        """Return the complementarity error of crushing at each joint with the strength parabola, shape (l,).
 
         See :meth:`Chords.energies`.
         """
@@ -159,7 +160,7 @@ BY_FACES = Forms()
 class Law:
     """Friction and strength of the joints, and limits of the limited forces, in dimensionless units."""
 
-    #: Indices of the joints that can slide, because their friction is limited, shape (k,).
+    #: Indices of the joints that can slide, which have a finite friction coefficient, shape (k,).
     sliding: np.ndarray
     friction: np.ndarray  #: friction coefficient μ of the joints that can slide, shape (k,)
     #: Cohesion of the joints that can slide, as a force (cohesive stress × joint area), shape (k,).

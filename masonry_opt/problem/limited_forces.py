@@ -21,7 +21,7 @@ from masonry_opt.scene.scene import Scene
 
 
 class Role(StrEnum):
-    """Kind of a limited force: the force of a tie, prop or freed support, or earth pressure."""
+    """Kind of a limited force: the force of a tie, of a prop or of a freed support, or an earth pressure."""
 
     TIE = "tie"
     PROP = "prop"
@@ -46,7 +46,7 @@ class Action:
 class LimitedForce:
     """A force T with a lower and an upper limit, in the scene's unit of force."""
 
-    role: Role  #: kind of force; T is positive for tension of a tie and for compression of a prop
+    role: Role  #: kind of force; T is positive for tension in a tie and for compression in a prop
     name: str  #: name of the force in results
     actions: tuple[Action, ...]  #: actions of the force on blocks, per unit of T
     lowest: float = -inf  #: lower limit of T
@@ -86,8 +86,8 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
     CaseError
         If an end does not lie in its block, or both ends are at one point.
     """
-    # A fixed block named "ground" represents the whole ground. An end on the ground may therefore be outside
-    # the block.
+    # A fixed block named "ground" represents the whole ground. An end of a tie or prop on the ground may
+    # therefore be outside this block.
     number_of = {
         block.name: number
         for number, block in enumerate(scene.blocks)
@@ -109,15 +109,15 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: use "
-                    f"a point inside '{name}' or on its outline, or name the block of this point in 'between'"
+                    f"{list(given)} of 'at' must be in block '{name}', but it is in {here or 'no block'}: "
+                    f"choose a point in '{name}' or on its outline, or name this point's block in 'between'"
                 )
         along = points[1] - points[0]
         length = np.linalg.norm(along)
         if length <= shapes.tolerance:
             raise CaseError(
-                f"{scene.origin}: {role} between {list(strut.between)}: the distance of its ends is below "
-                f"the tolerance, {shapes.tolerance:.3g}: use two distinct points"
+                f"{scene.origin}: the {role} between {list(strut.between)} is shorter than the tolerance of "
+                f"{shapes.tolerance:.3g}: choose two distinct points in 'at'"
             )
         towards = (along if role is Role.TIE else -along) / length
         actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))

@@ -22,12 +22,13 @@ _Group = tuple[str, str | None]
 
 
 class _GivenForce(NamedTuple):
-    """Force on a block as specified in the scene, before the factors of the load case apply."""
+    """Force on a block as specified in the scene, not multiplied by the factors of the load case."""
 
     row: int  #: index of the force's block among the movable blocks
     force: np.ndarray  #: force vector, shape (dim,)
     at: Sequence[float] | None  #: point of action; None for the centroid
-    #: Weight whose mass an earthquake accelerates; None for the component of the force along gravity.
+    #: Weight whose mass an earthquake accelerates. If None, this weight is the component of the force along
+    #: gravity.
     mass: float | None
 
 
@@ -41,7 +42,7 @@ class Forces:
     block: np.ndarray  #: index of the movable block on which each force acts, shape (f,)
     force: np.ndarray  #: force vectors in the scene's unit of force, shape (f, dim)
     point: np.ndarray  #: point of action, relative to the origin of the shapes, shape (f, dim)
-    couple: np.ndarray  #: Additional moment on each movable block, shape (b, 1), in space (b, 3).
+    couple: np.ndarray  #: additional moment on each movable block, shape (b, 1); in space (b, 3)
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
         """Return the resultant of the forces on each block about its centroid, shape (3b,).
@@ -55,7 +56,7 @@ class Forces:
 
 
 def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the moments of forces about a point, given the lever arms; shape (f, 1), in space (f, 3).
+    """Return the moments of forces with given lever arms, shape (f, 1), in space (f, 3).
 
     Arms and forces have shape (f, dim).
     """
@@ -70,7 +71,7 @@ def moments_in(dimension: int) -> int:
 
 
 def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
-    """Return an array that repeats one value for force components and another for moment components.
+    """Return an array with ``of_force`` for each force component and ``of_moment`` for each moment component.
 
     The shape is (3,) in the plane and (6,) in space.
     """
@@ -79,7 +80,7 @@ def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class Loads:
-    """Forces on the movable blocks of a scene in its load case, except edge loads.
+    """Forces on the movable blocks of a scene in its load case, without edge loads and fills.
 
     - ``weight``: the weights of the blocks.
     - ``dead``: further dead forces.
@@ -150,7 +151,7 @@ def _given_forces(
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the default mass of a force in an earthquake, for forces whose mass is not specified.
+    """Return the mass, in an earthquake, of forces whose mass is not specified.
 
     None means that the mass is the component of the force along gravity; 0 means no mass.
     """
@@ -164,7 +165,7 @@ def _weight_forces(
     multiples: Sequence[Sequence[float] | np.ndarray],
     mass: float | None = None,
 ) -> list[_GivenForce]:
-    """Return one force for each block: the weight times a given vector, at the weight's point of action."""
+    """Return one force for each block: its weight times a given vector, at the weight's point of action."""
     forces = weight[:, None] * np.array(multiples)
     return [
         _GivenForce(row, force, block.weight_at, mass)
@@ -195,7 +196,7 @@ def _factored_forces(scene: Scene, given: dict[_Group, list[_GivenForce]]) -> di
 
 
 def _couples(scene: Scene, blocks: Sequence[AnyBlock], kind: Kind) -> np.ndarray:
-    """Return the specified moments that act on blocks as dead or live load, shape (b, 1) or (b, 3)."""
+    """Return the dead or live moment on each block as specified in the scene, shape (b, 1) or (b, 3)."""
     row_of = {block.name: row for row, block in enumerate(blocks)}
     none = (0.0,) * moments_in(scene.dimension)
     total = np.zeros((len(blocks), len(none)))
@@ -290,7 +291,7 @@ def along(
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Distances of each segment from the line, at both ends of their shared part.
+    # Distances between each segment and the line, at both ends of the part that they share.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])
@@ -330,7 +331,7 @@ def loaded_pieces(
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
         # A joint is midway between the edges of its two blocks, at most half the contact tolerance from each
-        # edge. The distance used here is larger, so the line of the load always finds the joint.
+        # edge. The search for joints along the line uses a larger distance, so it misses no joint.
         near = shapes.tolerance + shapes.contact_tolerance
         covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []
@@ -352,9 +353,9 @@ def loaded_pieces(
 
 
 def _edges_over_gaps(shapes: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the ends and blocks of all edges, extended over the gaps of mortar that is not drawn.
+    """Return the ends and blocks of all edges, extended over mortar that is not drawn.
 
-    Each edge reaches to the middle of the gap, in its own direction, so that a load also acts on the mortar.
+    Each edge is extended in its own direction to the middle of the gap. A load then also acts on the mortar.
     """
     tail, tip, owner = shapes.edges
     if shapes.contact_tolerance <= shapes.tolerance:
@@ -410,12 +411,12 @@ def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixe
     if movable:
         why = "other blocks cover the edges on this line; load a free edge, or add a [[load]] on a block"
     elif fixed:
-        why = "all edges on this line belong to fixed blocks, which carry no load; load a movable block"
+        why = "all edges on this line belong to fixed blocks, which carry no load; choose a movable block"
     else:
         why = (
             "no block has an edge on this line; choose points of an edge, raise 'tolerance', or use [[load]]"
         )
     return CaseError(
-        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its line, of "
-        f"length {length:.6g}, touches no free edge of a movable block: {why}"
+        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)} (length "
+        f"{length:.6g}) touches no free edge of a movable block: {why}"
     )

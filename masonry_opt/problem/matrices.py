@@ -16,13 +16,13 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
 #: Number of sides of the friction polygon, which is inscribed in the cone. More sides approximate the cone
-#: better but enlarge the programs. Load factors of corner walls are below those of the cone by about 0.2 %
+#: better, but enlarge the programs. Load factors of corner walls are lower than with the cone: by about 0.2 %
 #: with 24 sides, 0.5 % with 16 and 1 % with 12.
 SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
-    """Return the length, in space the area, of each of the problem's joints, shape (c,).
+    """Return the length (in space, the area) of each joint of the problem, shape (c,).
 
     The length or area of a scene's joint is divided equally among its contact points.
     """
@@ -31,13 +31,13 @@ def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium matrix of b movable blocks, c joints and t limited forces, with index conventions."""
+    """Equilibrium matrix of a problem with b movable blocks, c joints and t limited forces."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
-    #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at
-    #: their end, the shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about
-    #: the middle of the joint is L/2 (n₂ − n₁). In space the columns are n of all contact points, the shears
-    #: s, then t.
+    #: centroid. The columns are all normal forces n₁ at the starts of joints (compression > 0), all n₂ at the
+    #: ends, all shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about the
+    #: middle of the joint is L/2 (n₂ − n₁). In space the columns are all normal forces n, all shears s, all
+    #: shears t, then the limited forces.
     B: sp.csr_array
     #: Length of each joint (in space, area of each contact point) divided by the median, shape (c,). The
     #: stiffness of elastic contacts is proportional to this value. A contact at a corner has no length; its
@@ -131,14 +131,14 @@ class Matrices:
         return of_rows.reshape(-1, self.layout.rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return values of joint forces or motions with one row for each force component, shape (3, c).
+        """Reshape joint forces or joint motions to one row for each force component, shape (3, c).
 
         The argument has values of all columns of B, shape (3c + t,).
         """
         return of_columns[: len(of_columns) - self.limited].reshape(FORCE_COMPONENTS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the entries of the limited forces, shape (t,), from values of all columns of B.
+        """Return the values of the limited forces, shape (t,), from the values for all columns of B.
 
         The argument has shape (3c + t,). Its values are forces or motions.
         """

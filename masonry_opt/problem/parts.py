@@ -64,7 +64,7 @@ class ProblemParts:
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the entries of the limited forces, shape (t,), from values of all columns of B."""
+        """Return the values of the limited forces, shape (t,), from the values for all columns of B."""
         return self.matrices.of_forces(of_columns)
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
@@ -72,7 +72,7 @@ class ProblemParts:
         return self.matrices.by_block(of_rows)
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return values of joint forces or motions with one row for each force component, shape (3, c)."""
+        """Reshape joint forces or joint motions to one row for each force component, shape (3, c)."""
         return self.matrices.by_kind(of_columns)
 
     @property
@@ -139,12 +139,15 @@ class ProblemParts:
 
     @property
     def limit_factors(self) -> sp.csr_array:
-        """Return the factor of each joint's shear limit in each yield condition, shape (faces, k)."""
+        """Return the multiplier of each shear limit in each yield condition, shape (faces, k)."""
         return self.table.limit_factors
 
     @property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions at each contact point, shape (2, l, chords)."""
+        """Return the indices of the crushing conditions of joints of limited strength.
+
+        The shape (2, l, chords) is for both contact points, the l joints, and the chords.
+        """
         return self.table.bent
 
     @property

@@ -30,8 +30,8 @@ class State:
     __repr__ = brief
 
 
-#: Attributes that are constants of a compiled program. If an attribute differs, a problem needs another
-#: program.
+#: Attributes of a problem that are constants of its compiled program. Problems in which one of these
+#: attributes differs need different programs.
 _PROGRAM_CONSTANTS = ("dead", "live", "settled", "crushing_force", "lowest", "highest")
 
 
@@ -154,7 +154,7 @@ class Problem(ProblemParts):
         return self.live_norm / (self.force_sizes(self.live).sum() or self.live_norm)
 
     def forces(self, load: np.ndarray) -> np.ndarray:
-        """Return the forces of each block, shape (b, 2), from a load of shape (3b,).
+        """Return the force on each block, shape (b, 2), from a load of shape (3b,).
 
         For velocities, the result is the translations.
 
@@ -167,7 +167,7 @@ class Problem(ProblemParts):
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Return the moment of each block, shape (b, 1), from a load of shape (3b,).
+        """Return the moment on each block, shape (b, 1), from a load of shape (3b,).
 
         For velocities, the result is the rotations.
 
@@ -178,12 +178,12 @@ class Problem(ProblemParts):
 
     @cached_property
     def by_friction(self) -> Sides:
-        """Return the friction law with the joint properties and the numbering of forces of this problem."""
+        """Return the friction law of this problem, which evaluates the slacks and energies of sliding."""
         return self.forms.friction(self.layout, self.law)
 
     @cached_property
     def by_strength(self) -> Chords:
-        """Return the strength law with the joint properties and the numbering of forces of this problem."""
+        """Return the strength law of this problem, which evaluates the slacks and energies of crushing."""
         return self.forms.strength(self.layout, self.law)
 
     def by(self, forms: Forms) -> "Problem":
@@ -225,7 +225,7 @@ class Problem(ProblemParts):
         return np.hypot.reduce(np.abs(self.shears(self.motion(d))), axis=0)
 
     def motion(self, d: np.ndarray) -> np.ndarray:
-        """Return the relative motion Bᵀd of the joints, which the flow rule must explain, shape (3c,)."""
+        """Return the relative motion Bᵀd of the two blocks at each joint, shape (3c,)."""
         moved: np.ndarray = self.B.T @ d
         return moved
 
@@ -253,7 +253,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def face_constant(self) -> np.ndarray:
-        """Return the constant part of each yield condition except cohesion, shape (faces,).
+        """Return the constant term of each yield condition without its cohesion, shape (faces,).
 
         The constant is nonzero only for chords of crushing and for limits of forces.
         """
@@ -336,7 +336,7 @@ class Problem(ProblemParts):
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
     def rates(self, d: np.ndarray, slope: np.ndarray | float) -> np.ndarray:
-        """Return the rates p ≥ 0 of the yield conditions in a given block motion, shape (faces,).
+        """Return the rates p ≥ 0 of the yield conditions for block velocities d, shape (faces,).
 
         The flow rule determines the rates. The slip determines the sliding rates of one sense in the plane,
         and of the two senses next to its direction in space. The opening of each contact, minus the opening
@@ -363,8 +363,8 @@ class Problem(ProblemParts):
         crush = np.zeros(0)
         joints = self.crushing
         if len(joints):
-            # Joints that can crush can follow any motion with crushing rates alone, so their rocking rates
-            # are zero.
+            # In a joint that can crush, crushing rates alone can produce any motion, so its rocking rates are
+            # zero.
             first, second = opening[:, joints]
             crush = chord_rates((first + second) / 2, (second - first) / 2).ravel()
             opening[:, joints] = 0.0
@@ -382,8 +382,9 @@ class Problem(ProblemParts):
         flow = self.true_yield if slope is self.friction else self.C(slope)
         residual = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
-            # The flow matrix opens joints in proportion to the sum of the rates of all sides. With the cone,
-            # joints open in proportion to their slip rate. The difference is added.
+            # With the flow matrix, the opening of a joint is proportional to the sum of the rates of all
+            # polygon sides. With the cone, the opening is proportional to the slip rate. This term corrects
+            # the difference.
             slip_of_sides = self.limit_factors.T @ p
             residual[self.sliding] += slope * (slip_of_sides - self.slip(p))
         return residual
@@ -429,13 +430,13 @@ class ShearLimits:
         return cls(problem.friction, problem.cohesion)
 
     def at(self, n: np.ndarray) -> np.ndarray:
-        """Return the largest |s| under normal forces n, for the joints that can slide, shape (k,) each."""
+        """Return the shear limit of each joint that can slide, under the normal forces n, shape (k,)."""
         return self.cohesion + self.slope * n
 
 
 @dataclass(frozen=True)
 class Scaled:
-    """A problem in scaled units of force and of λ, with the factors that convert back.
+    """Problem in scaled units, with factors that convert its forces and λ to the original units.
 
     Velocities are equal in both units.
     """

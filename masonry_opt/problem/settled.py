@@ -22,8 +22,8 @@ from masonry_opt.scene.scene import Scene
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
-#: Height, in tolerances, by which a road is raised above the blocks that have moved upwards most. The height
-#: exceeds the depth up to which a road may touch blocks.
+#: Additional height, in multiples of the tolerance, by which a road is raised to clear blocks that have moved
+#: upwards. It is larger than the depth to which a road may cut into a block.
 _CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.
@@ -75,7 +75,7 @@ class SettledState:
         return displaced(at_rest, self.poses)
 
     def joints_of(self, scene: Scene, at_rest: Joints) -> Joints:
-        """Return the displaced joints, with the properties that these joints have at rest in a scene.
+        """Return the displaced joints, with the friction and other properties of the joints at rest.
 
         Raises CaseError if the scene has other joints than the scene whose supports moved.
         """

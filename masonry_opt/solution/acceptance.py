@@ -7,20 +7,17 @@ from math import inf
 
 
 class Kind(StrEnum):
-    """Kinds of answers. The kind determines the limits that the residuals of an answer must not exceed."""
+    """Kind of an answer, which determines the limits of the answer's residuals."""
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
     #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces
     #: with exact Coulomb friction are compatible with the mechanism of the loop. Otherwise it is the solution
-    #: of the last sub-problem, with two errors. The friction limits of a sub-problem are computed from the
-    #: normal forces of the previous sub-problem, so the yield residual reaches a tenth of a block's weight on
-    #: the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds to the flow
-    #: residual.
+    #: of the last sub-problem, with errors of yield and flow that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions by up to half of the largest force on a block. The limit applies to each
-    #: joint.
+    #: violate the yield conditions by up to half of the largest force on a block. Violations are limited only
+    #: by the residual of each joint.
     BARE_LOOP = "bare loop"
     #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
     #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
@@ -49,8 +46,8 @@ class Limits:
     #: larger.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
-    #: Limit of the violation of a yield condition in a joint, by the exact friction law. The violation is
-    #: divided by the largest force on the joint's less loaded block.
+    #: Limit of the violation of a yield condition in a joint, under the exact friction law. The violation is
+    #: divided by the largest force on the less loaded of the joint's two blocks.
     joint: float
 
     def as_dict(self) -> dict[str, float]:
@@ -66,7 +63,9 @@ class Limits:
 
 
 #: Limits of the residuals for each kind of answer. Published load factors agree to four digits, so the limits
-#: of associative answers are 1e-4.
+#: of associative answers are 1e-4. The loop computes friction limits from the normal forces of the previous
+#: sub-problem: on the walls of Table 1, its yield residual reaches a tenth of a block's weight. In the loop,
+#: sliding joints contract by 10⁻³ μ times their slip, which adds to the flow residual.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
@@ -83,29 +82,29 @@ AGREEMENT = 1e-7
 #: Largest residual at which the command ``check`` accepts an answer.
 DUALITY = 1e-6
 
-#: Largest violation of complementarity (z·p, divided by |λ|) at which method "loop" accepts the forces and
-#: the mechanism as one state. If the violation is larger, the method starts again. ``LIMITS`` apply to the
-#: answer in addition.
+#: Largest violation of complementarity (z·p, divided by |λ|) at which the loop of linear programs accepts the
+#: forces and the mechanism as one state. If the violation is larger, the loop is repeated with other options.
+#: The answer must also satisfy ``LIMITS``.
 MOST_ENERGY = 1e-3
 
 #: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
-#: verified. ``LIMITS`` apply to the answer in addition.
+#: verified. The answer must also satisfy ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual of an inequality in a proof that no load factor exists. Such a proof is valid for all
-#: forces and motions up to 1e8 times the unit of the residual: the loads, or their work.
+#: Largest residual of an inequality in a proof that no load factor exists. The unit of a residual is the sum
+#: of the loads, or the work of the loads. A proof is valid for forces and motions up to 1e8 times this unit.
 PROOF = 1e-8
 
-#: Relative difference between λ and its lower bound below which λ counts as proven to be the least load
+#: Relative difference between λ and its lower bound, up to which λ counts as proven to be the least load
 #: factor.
 CLOSED = 1e-5
 
-#: Largest relative distance of λ from the interval between its certified bounds. The value means agreement in
-#: four digits.
+#: Largest relative distance of λ from the interval between its certified bounds at which λ counts as correct.
+#: With this value, λ agrees with the bounds in four digits.
 OUTSIDE = 1e-4
 
-#: Largest excess of forces over the force limits that a bound assumes, relative to the limit and in median
-#: block weights. The bound counts as valid for a state with a smaller excess.
+#: Tolerance of the force limits that a lower bound assumes: forces may exceed a limit by this share of the
+#: limit plus this share of the median block weight. The bound counts as valid for such forces.
 BEYOND_LIMITS = 1e-6
 
 #: Largest residual, relative to the load, at which a point counts as feasible, so that its objective value is

@@ -57,10 +57,11 @@ class Certificate:
 def certify(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
 ) -> Certificate:
-    """Return the residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule.
+    """Return the residuals of a collapse state under a given flow rule.
 
-    The flow rule is given by the slope (k,), the opening per unit slip of the joints that can slide. The
-    slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
+    The state consists of the load factor, the joint forces q, shape (3c,), and the block velocities d, shape
+    (3b,). The flow rule is defined by ``slope``, shape (k,): the ratio of opening to slip of the joints that
+    can slide. The slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
@@ -136,9 +137,9 @@ class FinalState:
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
-    #: Opening per unit slip by the flow rule of the mechanism, shape (k,).
+    #: Ratio of opening to slip in the flow rule of the mechanism, shape (k,).
     slope: np.ndarray | None = None
-    #: Forms in which the friction and strength laws are written, such as linear faces.
+    #: Classes that evaluate the friction law (linear or cone) and the strength law (linear or parabola).
     forms: Forms = BY_FACES
 
     __repr__ = brief
@@ -154,7 +155,7 @@ class Answer(FinalState):
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slope: np.ndarray  #: opening per unit slip by the flow rule, shape (k,)
+    slope: np.ndarray  #: ratio of opening to slip in the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
     residuals: dict[str, float]  #: residuals, keyed by the names of their limits in ``Limits``
 
@@ -183,11 +184,11 @@ class Answer(FinalState):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """Return an answer with a certificate for a flow rule, by default the joints' own flow rule.
+    """Return a state as an answer, with its residuals under a flow rule.
 
-    See :func:`certify` for the parameters. The joints' own flow rule is evaluated at the forces q. Residuals
-    of the certificate are relative to median weights and total loads, so they hide errors on a very light
-    block. If a light block carries the live load, however, this block alone determines λ. Therefore the
+    See :func:`certify` for the parameters. By default, the flow rule is that of the joints at the forces q.
+    Residuals of the certificate are relative to median weights and total loads, so they hide errors on a very
+    light block. If a light block carries the live load, however, this block alone determines λ. Therefore the
     answer has additional residuals, relative to the forces on each block and each joint.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
@@ -219,11 +220,11 @@ def certified(
 class Existence(StrEnum):
     """Statements about the existence of a collapse load factor λ ≥ 0 with the joints' own flow rule."""
 
-    NO_MECHANISM = "none exists: the live load does no positive work in any mechanism"
-    #: No state exists because the joints that move in a mechanism never yield at the same time.
-    NO_STATE = "none exists: no mechanism is compatible with a state of equilibrium"
-    UNBOUNDED = "not decided: some forces carry any multiple of the live load, but a mechanism exists"
-    UNDECIDED = "not decided: a mechanism exists, and no forces carry all multiples of the live load"
+    NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
+    #: In every mechanism, the joints that move cannot all be at yield at the same time.
+    NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
+    UNBOUNDED = "undecided: some forces carry any multiple of the live load, but a mechanism exists"
+    UNDECIDED = "undecided: a mechanism exists, and no forces carry every multiple of the live load"
 
     @property
     def proven(self) -> bool:
@@ -264,7 +265,7 @@ class InfeasibilityCertificate:
 
     @property
     def proven(self) -> bool:
-        """True if it is proven that no load factor λ ≥ 0 of collapse exists with the joints' own flow rule.
+        """True if it is proven that no collapse load factor λ ≥ 0 exists with the joints' own flow rule.
 
         The joints' own flow rule has the dilatancy of the scene. In associative flow the dilatancy equals
         the friction.
@@ -280,10 +281,11 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|.
+    """Return the residuals of joint forces q that carry the live load alone, without cohesion.
 
-    The joint forces q have shape (3c,). The second condition is not tested for the faces (yield conditions)
-    for which ``still``, shape (faces,), is True.
+    They are the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
+    have shape (3c,). The second condition is not tested for the faces (yield conditions) for which ``still``,
+    shape (faces,), is True.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))
@@ -291,9 +293,11 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the larger of the two residuals of :func:`ray_residuals`, with the joints' own flow rule.
+    """Return the residual of a proof that the live load does no positive work while given faces do not move.
 
-    A residual of zero proves that f_L·d ≤ 0 in every mechanism in which no face of ``still`` (faces,) moves.
+    The given faces (yield conditions) are those for which ``still``, shape (faces,), is True. A residual of
+    zero proves that f_L·d ≤ 0 in every mechanism in which none of these faces moves. The residual is the
+    larger value of :func:`ray_residuals` with the joints' own flow rule.
     """
     return max(ray_residuals(problem, q, problem.dilatancy, still))
 

@@ -15,7 +15,7 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 
 
 class _Range(NamedTuple):
-    """Smallest and largest usual ratio of a quantity to a weight. A wider range misses more mistakes."""
+    """Usual range of the ratio of a stress to the stress due to weight. A wider range misses more errors."""
 
     least: float
     greatest: float
@@ -23,11 +23,12 @@ class _Range(NamedTuple):
 
 #: Usual range of the ratio of a strength to the stress below a column as high as the largest dimension of
 #: the scene. A ratio outside the range causes a warning. Rubble of 1 MPa carries its own weight up to 50 m,
-#: so its ratio in such a scene is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000. In a flat arch,
-#: whose thrust grows with its span, the height of the scene would be too small a measure of stress.
+#: so its ratio in such a scene is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000. The largest
+#: dimension is used because the thrust of a flat arch grows with its span, not with its height.
 _STRENGTH = _Range(0.1, 1e4)
-#: Usual range of the ratio of a cohesion to the same stress. A cohesion of 10 kPa in a scene of 30 m has a
-#: ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio of 100.
+#: Usual range of the ratio of a cohesion to the stress below a column as high as the largest dimension of the
+#: scene. A cohesion of 10 kPa in a scene of 30 m has a ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio
+#: of 100.
 _COHESION = _Range(1e-3, 1e3)
 
 
@@ -39,18 +40,18 @@ def unit_weights(assembly: Assembly) -> np.ndarray:
 
 
 def lower_median(values: np.ndarray) -> float:
-    """Return the median of values; of an even number of values, return the lower of the two middle ones."""
+    """Return the median of values; if their number is even, the lower of the two middle values."""
     return float(np.quantile(values, 0.5, method="lower"))
 
 
 def median_unit_weight(assembly: Assembly) -> float:
-    """Return the median unit weight of the movable blocks with weight, or 0 if there are none."""
+    """Return the median unit weight of all movable blocks that have a weight, or 0 if no block has one."""
     density = unit_weights(assembly)
     return lower_median(density[density > 0]) if density.any() else 0.0
 
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about strengths and cohesions of joints that suggest a unit other than the weights'."""
+    """Yield warnings about strengths and cohesions that seem to have another unit than the weights."""
     low, high = (corners[assembly.movable] for corners in assembly.geometry.boxes)
     extent = float((high.max(axis=0) - low.min(axis=0)).max())
     weight = median_unit_weight(assembly) * extent

@@ -25,7 +25,7 @@ def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """Return a table of rows or of named columns, in which −0.0 is replaced by 0.0."""
+    """Return a table made of rows or of named columns; −0.0 is replaced by 0.0."""
     # Importing pandas takes a quarter of a second, and few analyses need a table, so the import is local.
     import pandas as pd
 
@@ -137,9 +137,9 @@ def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return joint forces (3c + t,), their rates, and block velocities (3b,).
+    """Return the joint forces, joint motions and block velocities of a solution.
 
-    Unknown values are NaN.
+    The shapes are (3c + t,), (3c + t,) and (3b,). Unknown values are NaN.
     """
     B = assembly.problem.B
     no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)
@@ -148,19 +148,18 @@ def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarr
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
-    """Return one column for each axis of vectors of shape (rows, 2) or (rows, 3).
+    """Return the components of vectors as table columns, one for each axis.
 
-    The name of a column is the prefix and the axis.
+    The vectors have shape (rows, 2) or (rows, 3). The name of a column is the prefix and the axis.
     """
     return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
 
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
-    """Return vectors at contact points in space, shape (points, 3), given their components.
+    """Convert components normal and tangential to joints to vectors in space, shape (points, 3).
 
-    The components are normal and tangential to the joint.
-
-    The components are forces on the first block, or motions of the first block relative to the second.
+    Each vector is the force on the first block at a contact point, or the motion of the first block relative
+    to the second block.
     """
     axes = assembly.joints.axes[:, assembly.joints.joint]
     vectors: np.ndarray = np.einsum("kp,kpi->pi", assembly.problem.by_kind(of_kinds), axes)
@@ -168,7 +167,7 @@ def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
 
 
 def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of forces and rates of joints in the plane."""
+    """Return the table columns of joint forces and joint rates in the plane."""
     problem = assembly.problem
     (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
     return {
@@ -182,7 +181,7 @@ def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> 
 
 
 def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of normals, resultants and rates of joints in space."""
+    """Return the table columns of joint normals, resultants and rates in space."""
     joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
@@ -216,9 +215,9 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
-    """Return the utilisation of each joint of the problem, shape (c,): a force divided by its limit.
+    """Return the utilisation of each joint of the problem: the largest ratio of a force to its limit.
 
-    Utilisation is the largest of three ratios. It is NaN if the joint carries no force:
+    The shape is (c,). The utilisation is NaN if the joint carries no force. The ratios are:
 
     - the shear |s|, in space |(s, t)|, over the exact Coulomb limit; 0 if friction is unlimited;
     - in the plane, the moment |m| over n L/2, which crushing reduces;
@@ -262,9 +261,9 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
-    # The forces of an unstable scene are NaN. The comparison is negated so that it is True for NaN, because
-    # the ties of such a scene can yield.
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
+    # In an unstable scene, the forces T are NaN, but ties can yield. The comparison is negated, because it is
+    # then True for NaN.
     yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {
         "name": [force.name for force in forces],

@@ -17,8 +17,8 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    #: Work of the live load divided by Σ|f_L|, in elastic displacements. An elastic displacement is the
-    #: closing of a joint of mean length under the mean contact force.
+    #: Work of the live load divided by Σ|f_L|. The unit is the elastic displacement: the closing of a joint
+    #: of mean length under the mean contact force.
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)
@@ -48,7 +48,7 @@ class LoadHistory:
 
     @cached_property
     def displacements(self) -> np.ndarray:
-        """Displacement of the live load's points at each step, shape (steps,), in elastic displacements."""
+        """Displacement of the live load at each step, shape (steps,); see ``LoadStep.displacement``."""
         return np.array([step.displacement for step in self.steps])
 
     @property

@@ -21,7 +21,7 @@ class JointMotion:
     #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
     #: (joints,).
     hinges: np.ndarray
-    #: Point about which the joint hinges: an edge or a corner (in space, the mean of the touching points).
+    #: Point about which the joint hinges: one of its ends; in space, the mean of the points that still touch.
     #: The shape is (joints, 2), in space (joints, 3).
     hinge: np.ndarray
     #: True if a joint opens along its whole length, or at all its points, shape (joints,).
@@ -42,12 +42,12 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # A scene that is unstable under its dead load has a mechanism with associative flow.
+    # The mechanism of a scene without load factor is a fall under the dead load, with associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
-    # With a polygon in place of the friction cone, a joint that slides between two directions of the polygon
-    # opens less than with the cone.
+    # The opening due to sliding follows from the rates, because a friction polygon can open a joint less than
+    # the cone does.
     rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
@@ -58,8 +58,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
-    # The opening of a joint without extent, such as a corner on an edge, is its rotation times the unit of
-    # length.
+    # Rotation does not change the opening of a joint without extent, such as a corner on an edge. Its
+    # rotation times the unit of length is used instead.
     turned = relative_rotation(assembly, solution.d)
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
@@ -83,7 +83,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return arrays of the joints that slide and of the joints that are open, shape (steps, joints).
+    """Return which joints slide and which joints are open after each load step, shape (steps, joints).
 
     An entry is True if the joint slides, or is open, at the end of the load step. In space, one sliding or
     open contact of the joint is enough.
@@ -94,19 +94,19 @@ def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the indices of the movable blocks that move in a mechanism (3b,), fastest first."""
+    """Return the indices of the movable blocks that move in the mechanism d, fastest first."""
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Return the names of the blocks that move in a mechanism (3b,), fastest first."""
+    """Return the names of the blocks that move in the mechanism d, fastest first."""
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
-    """Return the speed of the fastest block corner in a mechanism (3b,).
+    """Return the speed of the fastest block corner in the mechanism d, shape (3b,).
 
     The value is 1 if no corner is known to move.
     """
@@ -156,7 +156,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and the blocks that move in a mechanism (3b,) have no net load.
+    """Return True if λ is negative and all blocks that move in the mechanism d have zero net load.
 
     A live load parallel to a block's weight cancels the weight at some negative load factor. Then the block
     can move regardless of its joints, so the mechanism is not a collapse.

@@ -160,7 +160,7 @@ class Outcome:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor λ; None unless the status is usable."""
+        """Load factor λ; None if the analysis found no load factor."""
         return self.solution.load_factor
 
     @property
@@ -183,9 +183,9 @@ class Outcome:
 
     @property
     def stationary(self) -> bool | None:
-        """True if no mechanism that the search tried lowers λ, False if some were not decided.
+        """True if no mechanism that the search tried lowers λ.
 
-        None without a search.
+        False if the solver could not decide for some mechanisms; None without a search.
         """
         return self.solution.stationary
 
@@ -199,7 +199,7 @@ class Outcome:
 
     @property
     def proof(self) -> Proof | None:
-        """Proof by conflicts that no collapse state has a lower load factor; None without a proof."""
+        """Proof that no collapse state has a lower load factor; None without a proof."""
         return self.solution.proof
 
     @property
@@ -227,7 +227,7 @@ class Outcome:
         return f"{type(self).__name__}({attributes})"
 
     def __getattr__(self, name: str) -> Any:
-        """Raise AttributeError; for a former name, the message states the present name."""
+        """Raise AttributeError. The message for a former name states the present name."""
         if name in FORMER_NAMES:
             raise AttributeError(f"'{name}' is now called '{FORMER_NAMES[name]}'")
         raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
@@ -331,7 +331,7 @@ class Outcome:
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
-        """Load–displacement curve of the load history; None unless option ``curve`` requested it.
+        """Load–displacement curve of the load history; None if the option ``curve`` was not set.
 
         The load never decreases, so the curve has jumps instead of falling branches. Each row is an
         equilibrium:
@@ -412,7 +412,7 @@ class Outcome:
 
     @property
     def lowest(self) -> float | None:
-        """Lowest load factor of the exact Coulomb collapse states found; None without an exact state."""
+        """Load factor of the lowest exact Coulomb collapse state found; None if no exact state was found."""
         return self.load_factor if self.exact else None
 
     @cached_property
@@ -445,18 +445,19 @@ class Outcome:
 
     @property
     def crushing(self) -> str:
-        """Strength law of the answer: "parabola", or "chords" inside the parabola; "" without a strength.
+        """Strength law of the answer: "parabola" or "chords"; "" if no joint has a strength.
 
-        Chords permit moments that are up to 0.65 % smaller.
+        The chords are inside the parabola, and permit moments that are up to 0.65 % smaller.
         """
         return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
     @property
     def friction_law(self) -> str:
-        """Friction law of the answer in space: "cone", or "polygon of P sides" inside the cone.
+        """Friction law of the answer in space: "cone" or "polygon of P sides".
 
-        The friction of the polygon is at least cos(π/P) times that of the cone. The value is "" in the plane,
-        if friction is unlimited, and if there are neither forces nor velocities.
+        The polygon is inside the cone. The friction of the polygon is at least cos(π/P) times that of the
+        cone. The value is "" in the plane, if friction is unlimited, and if there are neither forces nor
+        velocities.
         """
         found = self.solution.found
         is_empty = found.q is None and found.d is None

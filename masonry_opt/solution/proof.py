@@ -23,15 +23,15 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of a conflict: it is valid for forces that sum to at most this many times all loads, and for motions
-#: that sum to at most this many times the mean velocity of the live load. A larger number requires
-#: multipliers with smaller rounding errors.
+#: Range in which a conflict is valid. The sum of all forces is at most this multiple of the sum of all loads.
+#: The sum of all motions is at most this multiple of the mean velocity of the live load. A larger range
+#: requires multipliers with smaller rounding errors.
 REACH = 1e6
 
 
 @dataclass(frozen=True, eq=False)
 class StaticConflict:
-    """Set of yield conditions that cannot all be at yield in a state with a λ from 0 to the bound.
+    """Yield conditions that cannot all be at yield in a state whose λ is between 0 and the bound.
 
     The multipliers are a motion with Bᵀd = C(μ)ᵀp and p ≥ 0 on all other conditions. Every state of
     equilibrium satisfies z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so
@@ -52,7 +52,7 @@ class StaticConflict:
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Set of yield conditions: in every mechanism with a λ from 0 to the bound, at least one moves.
+    """Yield conditions of which at least one moves in every mechanism whose λ is between 0 and the bound.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0
@@ -74,9 +74,10 @@ class KinematicConflict:
 
 @dataclass(frozen=True, eq=False)
 class EnergyBound:
-    """Lower bound of the force (μ − tan ψ) n in a sliding joint, for λ from 0 to the bound of a proof.
+    """Lower bound of (μ − tan ψ) n, the energy that friction in a joint dissipates per unit slip.
 
-    The multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp. The rates
+    The dilatancy is tan ψ. The lower bound is valid for λ between 0 and the bound of the proof. The
+    multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp. The rates
     satisfy p ≥ 0 on all conditions except the joint's own sliding condition, which is at yield.
     """
 
@@ -100,9 +101,9 @@ class Proof:
     #: ``mo.check_proof`` only checks that this load factor exceeds the bound.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
-    #: Conflicts with their multipliers; no assignment satisfies all their clauses.
+    #: Conflicts with their multipliers. No values of the Boolean variables satisfy all clauses of the proof.
     conflicts: tuple[Conflict, ...]
-    #: Lower bounds of the energy that friction dissipates; the kinematic conflicts use them.
+    #: Lower bounds of the energy dissipated by friction, which the kinematic conflicts use.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
     #: slide in both senses at once, so each pair is an additional clause.
@@ -177,9 +178,13 @@ class Proof:
         except OSError as error:
             raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
         except ValueError as error:
-            raise CaseError(f"{path}: not JSON ({error}): write the proof again with Proof.save") from None
+            raise CaseError(
+                f"{path}: the file is not JSON ({error}): write the proof again with Proof.save"
+            ) from None
         if not isinstance(table, dict) or table.get("format") != FORMAT:
-            raise CaseError(f"{path}: not a proof of format {FORMAT}: write the proof again with Proof.save")
+            raise CaseError(
+                f"{path}: the file is not a proof of format {FORMAT}: write the proof again with Proof.save"
+            )
         try:
             return cls._from_table(table)
         except (KeyError, TypeError, ValueError) as error:
@@ -187,7 +192,7 @@ class Proof:
                 f"key {error} is missing" if isinstance(error, KeyError) else f"a value is wrong: {error}"
             )
             raise CaseError(
-                f"{path}: not a complete proof ({damage}): write the proof again with Proof.save"
+                f"{path}: the file is not a complete proof ({damage}): write the proof again with Proof.save"
             ) from None
 
     @classmethod

@@ -11,7 +11,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Status(StrEnum):
-    """Statuses in which an analysis can end. Only the first two have a load factor."""
+    """Status in which an analysis ends. Only OPTIMAL and CONVERGED have a load factor."""
 
     OPTIMAL = "optimal"
     CONVERGED = "converged"
@@ -60,7 +60,8 @@ class Code(StrEnum):
     CARRIED = "carried"
     # The scene is unstable under its dead load. Value: ``blocks``, the blocks that fall.
     FALLS = "falls"
-    # No joint supports some of the falling blocks from below. Value: ``blocks``, the names of these blocks.
+    # Some of the falling blocks have no joint that supports them from below. Value: ``blocks``, the names of
+    # the blocks without support.
     HANGS = "hangs"
     # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
@@ -89,7 +90,7 @@ class Code(StrEnum):
     # The live load does no positive work in any mechanism, so it cannot cause collapse. There are no values.
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts`` and ``kinematic_cuts``, the numbers
-    # of both kinds of cuts in the proof.
+    # of static and of kinematic cuts in the proof.
     NO_COLLAPSE = "no collapse"
     # Forces within the friction limits carry any multiple of the live load. There are no values.
     CARRIES_ANY = "carries any"
@@ -133,8 +134,8 @@ class Code(StrEnum):
     # The loop was repeated with other options. Values: ``first``, status of the first run; ``remedies``, the
     # options that were changed in the repeated runs; ``in_vain``, True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
-    # The load factor of the loop is the lowest one that the state of its own sub-problem verifies. Value:
-    # ``load_factor``, or None if no sub-problem has such a state.
+    # The loop did not converge. Value: ``load_factor``, the lowest load factor of a sub-problem whose state
+    # satisfies the joints' own flow rule; None if no sub-problem has such a state.
     LEAST_BORNE_OUT = "least borne out"
 
     # The load history of the incremental analysis ends in an exact state. Values: ``steps`` and ``jumps``,
@@ -147,21 +148,22 @@ class Code(StrEnum):
     # The load history has no end, because the contact forces grow with the load. Value: ``steps``, the number
     # of load steps.
     UNBOUNDED = "unbounded"
-    # The load history led to no collapse state. Values: ``word``, how it ended; ``steps``, the number of load
-    # steps; ``looped``, True if the loop of linear programs also found no collapse; ``searched``, True if a
-    # search found no collapse state.
+    # The load history led to no collapse state. Values: ``word``, how the history ended; ``steps``, the
+    # number of load steps; ``looped``, True if the loop of linear programs also found no collapse;
+    # ``searched``, True if a search found no collapse state.
     UNDECIDED = "undecided"
-    # A load history without an end exceeds λ of the answer. Value: ``carried``, the largest load factor of
-    # the load history.
+    # A load history without an end reaches load factors above λ of the answer. Value: ``carried``, the
+    # largest load factor of the load history.
     CARRIES_MORE = "carries more"
     # There is no load history, because the dilatancy falls with stress. There are no values.
     DILATANCY_FALLS = "dilatancy falls"
     # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), the number of
     # joints (in space, of contact points).
     NOT_COMPUTED = "incremental not computed"
-    # Load histories were repeated with random input. Values: ``draws``, the number of random stiffnesses, and
-    # of random self-stresses; ``stiffness`` and ``stress``, the range of the incremental load factor in each
-    # case, or None; ``without``, the number of load histories without a collapse.
+    # Load histories were repeated with random input. Values: ``draws``, the number of load histories with
+    # random stiffness, and again with random self-stress; ``stiffness`` and ``stress``, the range of the
+    # incremental load factor in each case, or None; ``without``, the number of load histories without a
+    # collapse.
     SPREAD = "spread"
     # The result contains a load–displacement curve. Values: ``states``, the number of load steps; ``jumps``,
     # the number of jumps among them.
@@ -220,8 +222,8 @@ class Code(StrEnum):
     JOINT_OPENS = "joint opens"
     # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
     # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``slip``, in the plane
-    # the largest slip of a joint divided by the speed of the fastest corner; ``turning``, in space λ at which
-    # a single body rotates.
+    # the largest slip of a joint divided by the speed of the fastest corner; ``turning``, in space the load
+    # factor at which the rotating body alone would collapse.
     NOT_HINGING = "not hinging"
     # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each such joint;
     # ``slip``, in the plane the largest slip of a joint divided by the speed of the fastest corner.
@@ -233,17 +235,17 @@ class Code(StrEnum):
     LOCKS = "locks"
     # Blocks have separated, and several motions are possible.
     BRANCHES = "branches"
-    # λ is above zero after the largest number of states. Value: ``steps``, the number of states.
+    # λ is still above zero after the largest permitted number of states. Value: ``steps``, this number.
     STILL_CARRIES = "still carries"
-    # The linear program of the forces at the next state was not solved.
+    # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
-    # Friction exceeds that of any dry joint. Values: ``friction``; ``pairs``, the two blocks of each joint,
-    # empty for the default of all joints. This code and the next ones are warnings about properties of the
-    # scene that look unintended.
+    # The friction is larger than in any dry joint. Values: ``friction``; ``pairs``, the two blocks of each
+    # joint, empty if the default for all joints is too large. This code and the next ones are warnings about
+    # properties of the scene that look unintended.
     FRICTION_HIGH = "friction high"
-    # Sliding closes a joint by more than its friction resists. Values: ``dilatancy``, ``friction``,
-    # ``pairs``.
+    # The dilatancy is negative, and its magnitude is larger than the friction. Values: ``dilatancy``,
+    # ``friction``, ``pairs``.
     DILATANCY_LOW = "dilatancy low"
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
@@ -287,7 +289,7 @@ class Code(StrEnum):
     # Joints of one block are nearly parallel. Values: ``pairs``, the two blocks of each such joint;
     # ``angle``, the largest angle between two joints, in radians; ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
-    # Only the corners of two blocks meet at a joint (in space, only edges that run along each other). Value:
+    # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.
     JOINT_AT_CORNERS = "joint at corners"
     # Blocks meet only at corners, without a joint. Value: ``pairs``, the names of these blocks.
@@ -350,5 +352,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of ``joints`` (in space, ``contacts``) of a problem, as values of a reason."""
+    """Return the number of joints (in space, contact points) of a problem, as a value of a reason."""
     return {problem.layout.called: problem.joints}

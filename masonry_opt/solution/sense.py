@@ -35,27 +35,27 @@ _FAR_DISTANCE_RATIO = 10.0
 #: 1000 if the materials differ too. Below this ratio, unit weights are compared with typical values.
 _OTHER_UNITS = 300.0
 
-#: If the weights per area of a block and of the median block differ by more than this factor, a wrong unit is
-#: suspected, and both are compared with typical values. This applies to plane blocks that are specified by
-#: their weight. Smaller ratios can be due to different thicknesses.
+#: Ratio of a block's weight per area to the median weight per area. If the ratio or its inverse is larger, a
+#: wrong unit is suspected, and both weights per area are compared with typical values. This applies to plane
+#: blocks that are specified by their weight. Smaller ratios can be due to different thicknesses.
 _OTHER_THICKNESS = 50.0
 
-#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads, above which a warning
-#: says that their units probably differ. With a larger value, there is no warning for a strength in N in a
-#: large scene with weights in kN.
+#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads. Above this ratio, a
+#: warning says that their units probably differ. With a larger value, there is no warning for a strength in N
+#: in a large scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: Ratio of a block's weight to the strength of a tie or prop, above which a warning says that the strength is
-#: too small to have an effect.
+#: Ratio of the median block weight to the strength of a tie or prop. Above this ratio, a warning says that
+#: the strength is too small to have an effect.
 _WEIGHT_TO_STRENGTH = 100.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop, above which a warning says that the
-#: strength is too small to have an effect. The strength must also be smaller than a fifth of a block's
-#: weight.
+#: Ratio of the sum of all dead loads to the strength of a tie or prop. Above this ratio, a warning says that
+#: the strength is too small to have an effect, if it is also smaller than a fifth of the median block weight.
 _SUM_TO_STRENGTH = 1000.0
 
-#: Ratio of a block's weight to a dead force on the block, above which a warning says that the force is too
-#: small to have an effect. Small live forces cause no warning, because a live force is often a unit force.
+#: Ratio of a block's weight to a dead force on the block. Above this ratio, a warning says that the force is
+#: too small to have an effect. Small live forces cause no warning, because a live force is often a unit
+#: force.
 _WEIGHT_TO_FORCE_RATIO = 3000.0
 
 #: Largest distance of a force from its block that counts as rounding, relative to the size of the block (the
@@ -126,7 +126,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names joints at supports that transfer friction only because of self-stress."""
+    """Return a warning about joints at supports whose friction forces are due to self-stress alone."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -206,7 +206,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about edge loads beyond the ends of edges, and about axles that are left out."""
+    """Yield warnings about edge loads that extend beyond edges, and about axles that are left out."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
@@ -308,9 +308,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unit weights of fills and backings whose unit seems to differ from the blocks'.
+    """Yield warnings about unit weights of fills and backings that seem to have a wrong unit.
 
-    If all blocks are weightless, fills and backings are compared with each other.
+    Fills and backings are compared with the blocks, or with each other if all blocks are weightless.
     """
     of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
@@ -360,7 +360,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a warning that names the blocks with an extreme ratio, with the most extreme ratio first.
+    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.

@@ -37,7 +37,7 @@ class Solution:
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: Answer, if the status is usable; otherwise the forces and velocities that are known.
     found: FinalState = field(default_factory=FinalState)
-    #: False if the associative answer already satisfies the joints' own flow rule
+    #: False if the associative answer already satisfies the joints' own flow rule.
     flow_rule_matters: bool = True
     exact_end: bool = False  #: True if the loop ended with forces that satisfy the exact friction law
     history: tuple[Any, ...] = ()  #: one record for each step of the method
@@ -46,8 +46,8 @@ class Solution:
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
     #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
-    #: Solution of method "incremental". If the method was not run, its reasons state the cause. None if the
-    #: incremental load factor is switched off, or if the scene is unstable under its dead load.
+    #: Solution of method "incremental". If the method was not run, the reasons in this solution state why.
+    #: None if the incremental load factor is switched off, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
     #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
@@ -122,7 +122,7 @@ class Solution:
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None without a load history that ends."""
+        """Largest load factor of the load history; None if there is no load history with an end."""
         state = self.at_incremental
         if state is None:
             return None
@@ -149,7 +149,7 @@ class Solution:
 
     @property
     def carries_any_load(self) -> bool:
-        """True if the scene is stable and provably no multiple of the live load makes it collapse.
+        """True if the scene is stable, and it is proven that no multiple of the live load causes collapse.
 
         The evidence is a proof or an unbounded associative program. The status of a Coulomb method is not
         sufficient.
@@ -210,7 +210,7 @@ class Solution:
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:
-        """Return the solution; withdraw its answer if a residual exceeds its limit."""
+        """Return the solution, without its load factor if a residual exceeds its limit."""
         failing = self.failing()
         if failing:
             return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

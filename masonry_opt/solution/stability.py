@@ -13,13 +13,13 @@ from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
 #: Normal force above which a joint counts as pressed, as a share of the dead load of the joint's lighter
-#: block. The resultants of other joints are ignored, because they have little influence on stability.
+#: block. Joints with smaller forces are ignored, because they have little influence on stability.
 _PRESSED_SHARE = 0.01
 
 
 @dataclass(frozen=True)
 class WorstJoint:
-    """Joint with the least margin between its resultant and its edge, relative to the joint's size.
+    """Joint whose resultant is nearest to an edge of the joint, relative to the joint's size.
 
     Attributes
     ----------
@@ -87,8 +87,8 @@ def are_resultants_unique(assembly: Assembly) -> bool:
         B = B[:, ~is_second]
     if has_independent_columns(B):
         return True
-    # The ground and all fixed blocks form one node of the graph, after the nodes of the blocks. The index -1
-    # of the ground refers to the last entry.
+    # The ground and all fixed blocks form one node of the graph, the last one. The index -1, which stands for
+    # the ground, selects the last entry of ``node``.
     ground = len(scene.blocks)
     node = np.append(np.where(scene.fixed, ground, np.arange(ground)), ground)
     first, second = joints.first, joints.second
@@ -104,7 +104,7 @@ def are_resultants_unique(assembly: Assembly) -> bool:
 
 
 def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
-    """Return the joint with the least margin between its resultant and its edge under forces q.
+    """Return the joint whose resultant is nearest to an edge of the joint, relative to the joint's size.
 
     The joint forces q have shape (3c + t,). Joints without length (in space, without area) and joints with
     very small normal forces are left out.
@@ -137,7 +137,7 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return distances of resultants from the nearer ends of their joints, and margins, shape (2, k).
+    """Return the distance of each resultant from the nearer end of its joint, and the margin.
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
     """
@@ -147,7 +147,7 @@ def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
 
 
 def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return distances of resultants from the nearest edges of their joints, and margins, shape (2, k).
+    """Return the distance of each resultant from the nearest edge of its joint, and the margin.
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points. The
     edges are those of the convex hulls of the points. From the middle to each edge, the margin falls from 1

@@ -7,7 +7,7 @@ from masonry_opt.solution.acceptance import SMALLEST
 
 #: Speed of a block's fastest corner below which the block counts as at rest, relative to the fastest corner
 #: of the scene. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The
-#: slowest block that moves by a hand calculation has 5e-3 (``closed_forms/two_leaves``).
+#: slowest block that moves according to a hand calculation has 5e-3 (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
 #: Slip of a joint, relative to the speed of the fastest corner, above which the joint slides. In answers of
@@ -18,8 +18,8 @@ SLIDES = MOVES
 #: hinges.
 HINGES = MOVES
 
-#: Opening of a joint at the edge that opens less, relative to the speed of the fastest corner, above which
-#: the joint separates.
+#: Smallest opening along a joint, relative to the speed of the fastest corner, above which the joint
+#: separates.
 SEPARATES = MOVES
 
 #: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited
@@ -52,15 +52,15 @@ LOWER = 1e-8
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: Number of starts below which equal load factors count as weak evidence, which a message states.
+#: Number of starts below which a message says that agreement of their load factors is weak evidence.
 FEW_STARTS = 8
 
 #: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves
 #: against the live load.
 APART = 1e-2
 
-#: Smallest difference of load factors within a narrow interval that counts as a jump, relative to the largest
-#: load factor.
+#: Smallest change of the load factor in a narrow interval of a parameter that counts as a jump, relative to
+#: the largest load factor.
 JUMP = 1e-3
 
 

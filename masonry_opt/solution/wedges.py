@@ -56,8 +56,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # Error in the position of a corner that would turn the shorter of the two joints by the angle between
-    # them.
+    # Error of a corner's position that would turn the shorter joint by the angle between the two joints.
     error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)

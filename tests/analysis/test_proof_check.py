@@ -173,7 +173,8 @@ def test_a_damaged_file_is_an_error_that_names_it(proven, tmp_path, damage, mess
     path = tmp_path / "damaged.json"
     path.write_text(json.dumps(table))
     with pytest.raises(
-        mo.CaseError, match=rf"damaged\.json: not a complete proof \({message}.*write the proof again"
+        mo.CaseError,
+        match=rf"damaged\.json: the file is not a complete proof \({message}.*write the proof again",
     ):
         Proof.load(path)
 

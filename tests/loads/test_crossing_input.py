@@ -252,7 +252,7 @@ def test_groups_that_are_none(keys, word):
     ("group", "word"),
     [
         (axles(1.0, road=[(-5, 0.5), (5, 0.5)]), "runs through block 'slab'"),
-        (axles(1.0, road=[(3, 1), (5, 1)]), "no movable block lies under"),
+        (axles(1.0, road=[(3, 1), (5, 1)]), "no movable block is below"),
         (axles(1.0, road=None), "have no road"),
         (None, "has no axles"),
         ("b", "no axles 'b'"),

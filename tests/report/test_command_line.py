@@ -166,7 +166,7 @@ def test_text_where_no_load_factor_exists(command, saved):
     out = command("solve", saved(pressed_down()), "-v", code=1)
     # A load history whose λ grows without end asks for a proof first: the loop does not run in vain.
     assert re.search(r"^programs +none: \d+ load steps?$", out, re.MULTILINE)
-    existence = "none exists: the live load does no positive work in any mechanism"
+    existence = "no load factor exists: the live load does no positive work in any mechanism"
     assert re.search(rf"^existence +{existence}$", out, re.MULTILINE)
 
 
