@@ -51,8 +51,8 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene, for the function ``marks.moved``, shape (blocks, 3) or (blocks,
-    #: 6).
+    #: Full motion of each block of the scene, in the form that ``marks.moved`` accepts, shape (blocks, 3), in
+    #: space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
     #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each
