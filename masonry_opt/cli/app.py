@@ -15,8 +15,8 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Module of each command that is in a module with another name. All other commands are in modules with their
-#: own names. A module is imported only when its command runs.
+#: Module of each command whose name differs from the name of its module. A module is imported only when its
+#: command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
@@ -91,7 +91,7 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line. An error that the user can correct ends it with one message and an exit code."""
+    """Run the command line. Errors that a user can correct end it with one message and an exit code."""
     if sys.stdout is None:  # the calling program has closed standard output
         _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():

@@ -45,8 +45,8 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "For programs: static (default), kinematic, global, or, in .nl files only, mpec or mcp. For solids: "
-    "method that computes the mechanism and the forces. By default, solids are written at rest."
+    "Method of the exported program: static (default), kinematic, global, or (.nl only) mpec, mcp. For "
+    "solids: method that computes the mechanism and the forces (default: solids at rest)."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 

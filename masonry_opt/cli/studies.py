@@ -48,7 +48,9 @@ _VERTICAL = typer.Option(
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
 _POINT_HELP = "With --block: point of the block that is followed. Default: centroid of the block."
-_SPECTRUM = "CSV file of the spectrum for a check: each line has a period (s) and an acceleration (g)."
+_SPECTRUM = (
+    "CSV file of the spectrum for a seismic check: each line has a period (s) and an acceleration (g)."
+)
 _REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the current folder."
 
 
@@ -155,7 +157,9 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     mo.least,
     leave="lower upper",
     vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
-    most=typer.Option("--most", help="Find the greatest value, for a parameter that weakens the scene."),
+    most=typer.Option(
+        "--most", help="Find the greatest, not the least value: for a parameter that weakens the scene."
+    ),
 )
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
@@ -249,7 +253,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer is usable. A crossing is usable if a position has a load factor."""
+    """Return True if an answer is usable. A crossing is usable if any position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 

@@ -3,8 +3,8 @@
 Colours of marks are those of Okabe & Ito (2008), which colour-blind readers can distinguish.
 """
 
-# Colour-blind readers can distinguish the colours of Okabe and Ito. Their yellow is omitted, because it is
-# too pale for lines on white.
+# Colour-blind readers can distinguish the colours of Okabe and Ito. The palette's yellow is omitted, because
+# it is too pale for lines on white.
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 BLUISH_GREEN = "#009E73"

@@ -163,7 +163,7 @@ def finish(
     notes: tuple[str, ...] = (),
     colours: tuple[ScalarMappable, str] | None = None,
 ) -> None:
-    """Put the colour bar, the legend and notes below the axes, and size the figure.
+    """Put the colour bar, the legend and notes below the axes, and set the size of the figure.
 
     ``colours`` are the colours of the bar and its label.
     """

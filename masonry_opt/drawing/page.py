@@ -40,19 +40,19 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
-#: Factor of rotations in the data of a page, which are radians times this factor, rounded to integers. With
-#: a smaller value, animated rotations are less smooth.
+#: Rotations in the data of a page are integers: radians times this factor, rounded. With a smaller value,
+#: animated rotations are less smooth.
 _TURN = 100_000
 
 #: Size of the scene in the integer units of a figure in space. Coordinates are rounded to whole units; a
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half the drawn width of marks that are visible through blocks, for each point of their nominal width,
-#: relative to the size of the scene.
+#: Half the drawn width of marks that are visible through blocks, per point of their nominal width, relative
+#: to the size of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Half the drawn width of marks that blocks can hide, for each point of their nominal width, relative to the
-#: size of the scene.
+#: Half the drawn width of marks that blocks can hide, per point of their nominal width, relative to the size
+#: of the scene.
 _RADIUS = 1 / 500
 #: Upper limit of the half width ``_RADIUS``, relative to the side length of a square joint with the median
 #: area of all joints.
@@ -71,7 +71,7 @@ def refuse_saving(
     force: bool = False,
     view: ViewAngles | None = None,
 ) -> None:
-    """Raise OptionError if a result cannot be saved with these options.
+    """Raise OptionError if a result cannot be saved with the given options.
 
     Call this function before a long analysis.
     """

@@ -99,7 +99,7 @@ def doubts(assembly: Assembly) -> Iterator[str]:
 def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
-    """Draw a picture of a result. Parameters and exceptions are described at :meth:`Result.plot`."""
+    """Draw a picture of a result. See :meth:`Result.plot` for the parameters and the exceptions."""
     figure.refuse_kind(kind, names)
     refuse_view(result.assembly.scene, view)
     if kind == figure.CURVE:

@@ -109,9 +109,9 @@ def surface(elements: Elements) -> Surface:
 
 
 def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
-    """Divide faces into triangles, shape (triangles, 3, 3).
+    """Divide faces into triangles, and return the corners of the triangles, shape (triangles, 3, 3).
 
-    Return also the face of each triangle as an index.
+    Return also the index of the face of each triangle.
     """
     collections = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(collections, return_index=True)

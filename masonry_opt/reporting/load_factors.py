@@ -301,7 +301,7 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase that a load factor is not proven to be the least, with advice on a search."""
+    """Return the phrase "not proven least" with a remark on a search for lower states."""
     return f"not proven least{search_remark(result, 'lower states')}"
 
 

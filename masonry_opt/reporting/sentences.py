@@ -51,8 +51,8 @@ _JOINT_DESCRIPTIONS = {
 #: Methods that let the user choose the solver.
 _SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
 
-#: Description of each change of an option with which the loop of linear programs is run again, by the name of
-#: the option.
+#: Options that may be changed before the loop of linear programs is run again, with a description of each
+#: change.
 _REMEDIES = {
     "sub_problems": "sub-problems solved accurately",
     "alpha": "a smaller slope of the shear limits",
@@ -109,7 +109,7 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _carried(v: dict[str, Any]) -> str:
-    """State which forces carry the dead load of a stable scene, and whether other forces carry it too."""
+    """State which forces carry the dead load of a stable scene, and whether other forces can carry it too."""
     if v["unique"]:
         return "equilibrium alone fixes the forces that carry the dead load"
     many = "one of many solutions that carry the dead load"
@@ -446,7 +446,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
-    Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven, because the answer is no state with {_imposed(v)}",
+    Code.TOUCHES_IMPOSED: lambda v: (
+        f"nothing is proven, because the answer is not a state with {_imposed(v)}"
+    ),
     Code.OUT_OF_TIME: lambda v: (
         f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
     ),
@@ -461,7 +463,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NOT_HINGING: _not_hinging,
     Code.JOINTS_SLIDE: _slides_on,
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
-    Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
+    Code.LOCKS: "the mechanism locks: from here on no finite motion is possible",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
     Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
