@@ -15,28 +15,28 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Map from commands to their modules, for each command whose module does not have the command's name. The
-#: module of a command is imported only when the command runs.
+#: Module of each command whose name differs from the name of its module. A module is imported only when its
+#: command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
 
 #: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
-    "solve": "Find the load factor at which CASE collapses, for each of its load cases or for a named one.",
-    "check": "Cross-check the static and kinematic formulations of CASE, and CVXPY against Pyomo.",
+    "solve": "Find the load factor at which CASE collapses, for each load case or for a named load case.",
+    "check": "Compare the static with the kinematic load factor of CASE, and CVXPY with Pyomo.",
     "draw": "Draw the blocks, supports, joints, small gaps and loads of CASE to FILE, without solving CASE.",
     "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "
     "programs.",
     "capacity": "Follow the mechanism of CASE after the onset of collapse, down to λ = 0.",
     "convert": "Convert a drawing to a case file with blocks, supports, friction, weights and live loads.",
-    "compare": "Time methods and solvers on scenes, check the answers, and write tables and a report.",
-    "directions": "Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.",
+    "compare": "Compare times and answers of methods and solvers on scenes, and write tables and a report.",
+    "directions": "Find the seismic coefficient of CASE at collapse, for earthquakes from each direction.",
     "crossing": "Move the axles of CASE over its road, and find the position with the least load factor.",
     "least": "Find the least value of a parameter of CASE at which CASE is stable, or carries a given load.",
     "report": "Write a page about CASE: its inputs, its results, and the checks that were made or omitted.",
     "reproduce": "Recompute the paper's results from the case files in the folder cases/ or in the package.",
-    "settle": "Find the least and the greatest reaction of a support with which CASE is stable.",
+    "settle": "Find the least and the greatest reaction of a support at which CASE is stable.",
     "sweep": "Solve CASE for all combinations of values of its parameters, or for random values.",
 }
 
@@ -45,7 +45,7 @@ FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremen
 
 
 class _Commands(TyperGroup):
-    """Group of commands; the module of a command is loaded only when the command is called."""
+    """Group of commands that loads the module of a command only when the command is called."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
@@ -91,7 +91,7 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line. Errors that a user can correct end with one message and an exit code."""
+    """Run the command line. Errors that a user can correct end it with one message and an exit code."""
     if sys.stdout is None:  # the calling program has closed standard output
         _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():
@@ -100,7 +100,7 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Separate the results on standard output from messages of libraries, within a context.
+    """Keep the messages of libraries out of standard output, within a context.
 
     Libraries that write to file descriptor 1 then write to standard error.
     """
@@ -142,14 +142,14 @@ def _run() -> None:
 
 
 def _escape_unencodable() -> None:
-    """Configure output streams to write characters that they cannot encode as escape sequences."""
+    """Configure output streams to print an escape sequence for each character that they cannot encode."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
 def _run_and_flush() -> None:
-    """Run the app, and flush standard output before it exits, so that write errors are raised."""
+    """Run the app and flush standard output, so that a failed write raises its exception here."""
     try:
         app()
     except SystemExit:
@@ -158,7 +158,7 @@ def _run_and_flush() -> None:
 
 
 def _end(message: str | None, code: int) -> NoReturn:
-    """Print a message, if given, on standard error, and exit with an exit code."""
+    """Print a message on standard error, unless it is None, and exit with an exit code."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)

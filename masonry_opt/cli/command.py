@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 #: Names of parameters that do not become options, because each command defines its own arguments for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
-#: Type of an option by the annotation of its parameter. Options with any other annotation are text.
+#: Map from the annotation of a parameter to the type of its option. For other annotations, options are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
@@ -95,7 +95,7 @@ _SHARED: dict[str, Any] = {
     "plot": typer.Option(metavar="FILE", help=_DRAW.format(", .html")),
     "table": typer.Option("--table", help="Print every state or position too."),
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
-    "load_case": typer.Option(metavar="NAME", help="Load case of CASE, if CASE has load cases."),
+    "load_case": typer.Option(metavar="NAME", help="Name of a load case, if CASE has load cases."),
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Also replace files that {WRITER} did not write."),
@@ -110,7 +110,7 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed, by parameter name. Parameters that are missing have their defaults."""
+    """Arguments that the user typed, by parameter name. Omitted parameters have their default values."""
 
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
@@ -125,13 +125,14 @@ class Given(dict[str, Any]):
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        # "time_limit" is accepted, because it was an option of method "global" before it became a parameter.
+        # Refuse options of the command here. Only "time_limit" is accepted, because it was once an option of
+        # method "global".
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is an option of the command, not of the method: use the option that "
-                    "--help lists instead of --option"
+                    f"'{min(own)}' is not an option of the method: write it without --option, in the form "
+                    "that --help shows"
                 )
         return self | options
 
@@ -139,7 +140,7 @@ class Given(dict[str, Any]):
 def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
-    """Return a decorator that converts a function to a command of the command line, as a Typer app.
+    """Return a decorator that converts a function to a command, in the form of a Typer app.
 
     The command has the options of the decorated function and of the functions in ``functions``. The decorated
     function is called with the arguments for the other functions (:class:`Given`), and with its own options,
@@ -194,7 +195,7 @@ def command(
 
 
 def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
-    """Yield the parameters of functions, in order."""
+    """Yield the parameters of the first function, then of the second function, and so on."""
     for function in functions:
         yield from inspect.signature(function).parameters.values()
 
@@ -271,7 +272,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a progress line with the elapsed time within a context, and yield a Work that changes its text.
+    """Show a progress line with the elapsed time, and yield a Work that changes the text of the line.
 
     Ctrl-C raises InterruptedByUserError with the text of the KeyboardInterrupt, if it has one, else with
     ``if_interrupted``. If ``quiet`` is True, no line is shown.
@@ -298,7 +299,7 @@ def warnings_printed(category: type[Warning]) -> Iterator[None]:
 
 
 class Work:
-    """Progress line of a command, with the list of all steps that it has shown."""
+    """Progress line of a command, with a list of all steps that the line has shown."""
 
     def __init__(self, show: Phases, name: str) -> None:
         self._show, self._name = show, name
@@ -311,7 +312,7 @@ class Work:
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the name of a phase that begins, with the last step of the earlier phases."""
+        """Show the name of the phase that begins now, and the last step of the earlier phases."""
         last = f" (last {self._last_step})" if self._last_step else ""
         self._phase = f"{words}: "
         self._show(f"{self._name}: {words}{last}")
@@ -327,7 +328,7 @@ class Work:
 
 
 def _step_name(step: object) -> str:
-    """Return the class name of a step as printed words, such as "relaxation step"."""
+    """Return the class name of a step as separate words, such as "relaxation step"."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
 
 

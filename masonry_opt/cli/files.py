@@ -38,15 +38,15 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Parameters of the readers that messages about gaps and overlaps advise to change.
+#: Tolerances of the readers. Messages about gaps and overlaps advise the user to change one of them.
 _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Method whose program is written: static (default), kinematic or global (any format), mpec or mcp (.nl "
-    "only). For files of solids: method that computes the mechanism and the forces (default: blocks at rest)."
+    "Method of the exported program: static (default), kinematic, global, or (.nl only) mpec, mcp. For "
+    "solids: method that computes the mechanism and the forces (default: solids at rest)."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
@@ -121,14 +121,14 @@ def _direction(text: str) -> str | tuple[float, ...]:
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option(
-        "--space/--plane", help="COMPAS: read solid blocks, or their outlines in the view along a direction."
+        "--space/--plane", help="COMPAS: read blocks as solids, or as outlines seen along a direction."
     ),
     up=typer.Option(metavar="x|y|z"),
     drawing=typer.Argument(metavar="IN", help=_IN),
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
-    """See docs/drawings.md for layers, names, arcs, COMPAS data and meshes.
+    """The page docs/drawings.md explains layers, names, arcs, COMPAS data and meshes.
 
     If IN is a case file and OUT is a .dxf file, the blocks are drawn. A mesh of more than 10,000 corners is
     not copied: the case file contains its path instead.
@@ -149,8 +149,8 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
         raise OptionError(
-            f"{drawing}: the file name of a drawing must end in .dxf, {', '.join(MESHES)}, or .json for "
-            "COMPAS data; a folder of meshes can be converted too"
+            f"{drawing}: only drawings (.dxf), meshes ({', '.join(MESHES)}), COMPAS data (.json) and folders "
+            "of meshes can be converted: use a file of one of these types"
         )
     missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
     if missing:
@@ -182,9 +182,9 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Add the options of the command line to messages that advise a tolerance.
+    """Add the command-line option to each tolerance that an error message names, within a context.
 
-    ``called`` has the option of each parameter, such as "--contact-tolerance" of ``contact_tolerance``.
+    ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
     """
     try:
         yield
@@ -196,7 +196,7 @@ def _options_named(called: Mapping[str, str]) -> Iterator[None]:
 
 
 def _case_file_message(path: Path) -> str:
-    """Return the error message for a file that is a case file already, with commands for case files."""
+    """Return the error message for an input that is already a case file, with commands to use instead."""
     advice = f"write its solids (masonry-opt export {path} OUT.obj)"
     if mo.load(path).dimension == 2:
         advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"

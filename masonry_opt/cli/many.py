@@ -24,11 +24,14 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. It refers to the help text of the command, which is printed above the options.
-_VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
+#: Help of the option --vary.
+_VARY = "Values of a parameter of CASE, such as joints.friction=0.3:0.8:11; may be repeated."
 #: Help of the option --sample.
-_SAMPLE = "Instead of --vary: name and distribution of a parameter of CASE, as shown above; may be repeated."
-_SOLVERS = "Solvers, separated by commas; also: highs-hipo, and solvers that CVXPY finds, such as osqp."
+_SAMPLE = (
+    "Instead of --vary: distribution of a parameter of CASE, such as joints.friction=lognormal:0.65:15%; "
+    "may be repeated."
+)
+_SOLVERS = "Solvers, separated by commas. Also possible: highs-hipo, and installed solvers of CVXPY (osqp)."
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
 
@@ -62,10 +65,10 @@ def _vary(text: str) -> tuple[str, list[float]]:
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
-    by=typer.Option(help=f"With --sample: group of joints with a common random value ({', '.join(BY)})."),
+    by=typer.Option(help=f"With --sample: which joints share one random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
     force=typer.Option(
-        "--force", help=f"Replace the table of another study too, and files that {WRITER} did not write."
+        "--force", help=f"Also replace the table of another study, and files that {WRITER} did not write."
     ),
     out=typer.Option(help="Folder to which the table and the charts are written."),
 )
@@ -87,10 +90,12 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
-        raise OptionError(f"{', '.join(others)} can be used only with --sample: omit it, or replace --vary")
+        raise OptionError(f"{', '.join(others)} cannot be used with --vary: omit it, or use --sample instead")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
-        raise OptionError(f"{'--vary' if vary else '--sample'} names a parameter twice: name each one once")
+        raise OptionError(
+            f"{'--vary' if vary else '--sample'} names a parameter twice: name each parameter only once"
+        )
     run: Any = mo.sweep if vary else mo.sample
     options = given.rest(run)
     scene = as_scene(case, load_case)
@@ -122,7 +127,7 @@ def _names(text: str) -> list[str]:
 
 @command(
     mo.compare,
-    methods=typer.Option(help="Methods, separated by commas; also: global.", parser=_names),
+    methods=typer.Option(help="Methods, separated by commas. Also possible: global.", parser=_names),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
     tolerances=typer.Option(parser=numbers(_TOLERANCES)),
@@ -145,7 +150,7 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
-    written = f"{page}, with tables and pictures in its folder" if page.exists() else f"{table}; {NEEDED}"
+    written = f"{page}, and tables and pictures in the same folder" if page.exists() else f"{table}; {NEEDED}"
     Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: repeat the command to continue the comparison")

@@ -118,7 +118,7 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
-            missed = f"{name}: not as published ({path.name}, line {line}): {error}"
+            missed = f"{name}: a result is not as published ({path.name}, line {line}): {error}"
     # Output is written before the next example begins, so that with Ctrl-C only the current example is lost.
     print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)
@@ -126,7 +126,7 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
 
 
 def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
-    """Return the contents of the files of a script's tables and figures, by file name."""
+    """Return the tables and figures of a script as a map from file names to contents of files."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
         if variable.startswith(_TABLE_PREFIX) and isinstance(value, pd.DataFrame):

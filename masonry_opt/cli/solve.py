@@ -94,7 +94,7 @@ def solve(
 def _refuse_drawing_options(
     given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
 ) -> None:
-    """Raise OptionError if options of a picture are given without --plot, or if --mechanism is wrong."""
+    """Raise OptionError if picture options are used without --plot, or --mechanism cannot be drawn."""
     if plot is None and (drawing or mechanism is not None):
         raise OptionError(
             "--plot-kind, --mechanism, --names, --view and --force apply to a picture: give --plot FILE too"
@@ -111,9 +111,9 @@ def _refuse_drawing_options(
 
 
 def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
-    """Raise OptionError if a picture of a mechanism is asked for, but the scene is stable and has none."""
+    """Raise OptionError if ``asked`` is True: the scene is stable, so no mechanism can be drawn."""
     if asked:
-        scene, other = f"{result.case}: the scene", "--plot-kind thrust or utilisation draws its forces"
+        scene, other = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
         raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
 
 

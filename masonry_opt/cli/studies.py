@@ -48,7 +48,9 @@ _VERTICAL = typer.Option(
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
 _POINT_HELP = "With --block: point of the block that is followed. Default: centroid of the block."
-_SPECTRUM = "CSV file of the spectrum for a check: each line has a period (s) and an acceleration (g)."
+_SPECTRUM = (
+    "CSV file of the spectrum for a seismic check: each line has a period (s) and an acceleration (g)."
+)
 _REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the current folder."
 
 
@@ -71,7 +73,7 @@ def capacity(
     table: bool = False,
     json: bool = False,
 ) -> bool:
-    """Exit code 0: the capacity curve reaches λ = 0; 1: it ends above; 2: wrong case file or option.
+    """Exit code 0: the capacity curve reaches λ = 0; 1: it ends at a larger λ; 2: wrong input.
 
     Exit code 1 also means that the scene has no load factor.
     """
@@ -105,11 +107,11 @@ def capacity(
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: a load factor exists; 1: none exists, or stopped; 2: wrong input; 130: interrupted.
+    """Exit code 0: a load factor exists; 1: no load factor exists; 2: wrong input; 130: interrupted.
 
-    With --required-factor, exit code 0: the load factor is sufficient; 1: too small or not decided.
-    --time-limit is the time of the whole crossing. A stopped or interrupted crossing prints the worst of the
-    positions that were solved.
+    Exit code 1 also means that the crossing was stopped by its time limit. With --required-factor, exit code
+    0: the load factor is sufficient; 1: too small or not decided. --time-limit is the time of the whole
+    crossing. A stopped or interrupted crossing prints the worst of the positions that were solved.
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # report an unusable path before the scene is solved
@@ -155,12 +157,14 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     mo.least,
     leave="lower upper",
     vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
-    most=typer.Option("--most", help="Find the greatest value, for a parameter that weakens the scene."),
+    most=typer.Option(
+        "--most", help="Find the greatest, not the least value: for a parameter that weakens the scene."
+    ),
 )
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
-    """Exit code 0: the value was found; 1: a scene could not be decided; 2: wrong input.
+    """Exit code 0: the value was found; 1: an analysis was undecided; 2: wrong input.
 
     Exit code 1 means that the analysis could not decide whether a scene is stable, or carries the load. Exit
     code 2 also means that both ends of the range have the same answer: the range then contains no limit.
@@ -249,12 +253,12 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer is usable. A crossing is usable if a position has a load factor."""
+    """Return True if an answer is usable. A crossing is usable if any position has a load factor."""
     return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: on load cases and moving axles, or else a single result."""
+    """Return the answers for a report: load cases and a crossing of axles, or else a single result."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

@@ -31,8 +31,8 @@ from masonry_opt.solution.reasons import Status
 #: Kinds of pictures of a result. Each kind is named after the quantity that is drawn on the joints.
 PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 
-#: Displacement of the fastest corner when a mechanism is drawn in "full motion", relative to the scene's
-#: size. A larger value magnifies mechanisms more.
+#: Displacement of the fastest corner in a "full motion" of a drawn mechanism, relative to the scene's size. A
+#: larger value magnifies mechanisms more.
 FULL = 0.1
 #: Fraction of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
 START = 0.6
@@ -51,8 +51,8 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene, for the function ``marks.moved``, shape (blocks, 3) or (blocks,
-    #: 6).
+    #: Full motion of each block of the scene, in the form that ``marks.moved`` accepts, shape (blocks, 3), in
+    #: space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
     #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each

@@ -40,8 +40,8 @@ _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes,
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
-#: Largest number of characters in a row of a legend, in which each sample counts as ``_SAMPLE_WIDTH``
-#: characters. A label that is longer than a row is divided into several lines.
+#: Largest number of characters in a row of a legend. Each sample counts as ``_SAMPLE_WIDTH`` characters. A
+#: label that is longer than a row is divided into several lines.
 _ROW_LENGTH = 84
 _SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
@@ -81,9 +81,9 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Style of the marks that show when joints start to slide or to open, by column of the curve. The entries are
-#: the verb, the colour, the marker, the marker size in points, and the height at which the number of joints
-#: is written, relative to the height of the axes.
+#: Style of the marks at which joints start to slide or to open, by column of the curve. A style consists of a
+#: verb, a colour, a marker, its size in points, and the height of the written number of joints, relative to
+#: the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
@@ -163,7 +163,7 @@ def finish(
     notes: tuple[str, ...] = (),
     colours: tuple[ScalarMappable, str] | None = None,
 ) -> None:
-    """Put the colour bar, the legend and notes below the axes, and size the figure.
+    """Put the colour bar, the legend and notes below the axes, and set the size of the figure.
 
     ``colours`` are the colours of the bar and its label.
     """
@@ -302,7 +302,7 @@ def refuse_file(
 
 
 def save_as(path: str | Path, force: bool, page: Callable[[], str], picture: Callable[[], Picture]) -> None:
-    """Write a page or a picture, as the ending of ``path`` says. No partial file remains after an error."""
+    """Write a page or a picture, depending on the ending of ``path``. An error leaves no partial file."""
     refuse_file(path, force)
     if is_page(path):
         write_whole(path, page())
@@ -337,11 +337,11 @@ def curve_picture(result: Outcome) -> Picture:
     """Return a picture of the load–displacement curve. Raises OptionError if the result has no curve."""
     curve = result.curve
     if result.stability is not None:
-        other = "kinds 'thrust' and 'utilisation' show the forces that carry its dead load"
+        other = "use kind 'thrust' or 'utilisation' to draw the forces under dead load"
         raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
-    along = "displacement of the live load (unit: closing of a joint with the mean force under dead load)"
+    along = "displacement of the live load (unit: closing of a joint under the mean contact force)"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
         jumps = _draw_curve(

@@ -44,5 +44,8 @@ def _areas(assembly: Assembly) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _above(foot: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the corners of the area above a line, shape (4, 2), up to the height ``top`` at each end."""
+    """Return the corners of the area above a segment ``foot``, as an array of shape (4, 2).
+
+    ``top`` contains the heights of the two upper corners.
+    """
     return np.array([*foot, (foot[1, 0], top[1]), (foot[0, 0], top[0])])

@@ -59,7 +59,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     yield from fill_marks(assembly, motion)
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = assembly.block_loads
-    rows = 0  # number of arrows drawn so far that each represent many forces
+    rows = 0  # number of kinds of load that are drawn as a single arrow so far
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -77,8 +77,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # A single arrow that represents many forces has a thick line. More than 100 arrows have thin
-            # lines.
+            # The line of a single arrow for many forces is thick. If there are more than 100 arrows, their
+            # lines are thin.
             if is_single:
                 label, width = label_of_all, 2.2
             elif len(points) > 100:
@@ -250,7 +250,7 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of consecutive blocks through which a line of thrust is drawn. Each block has two joints.
+#: Smallest number of consecutive blocks, each with two joints, through which a line of thrust is drawn.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
 #: Length of the longest resultant in space, relative to the size of the scene. The value is larger than in
@@ -336,7 +336,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
 
 
 def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Yield marks for the segments ``lines`` and the points of lines of thrust.
+    """Yield marks of lines of thrust: the segments ``lines``, and the points of action on joints.
 
     Segments have shape (pairs, 2, 2), points have shape (points, 1, 2).
     """
@@ -345,7 +345,7 @@ def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Ite
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar with the drawn length of a force, which is a round number up to ``largest``.
+    """Return a scale bar for forces. The force of the bar is a round number up to ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """
@@ -369,7 +369,7 @@ def round_below(most: float) -> float:
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield the lines of joints, in space their outlines, coloured by utilisation.
+    """Yield marks of joints, coloured by utilisation: lines in the plane, outlines in space.
 
     Lines with larger utilisation are drawn later, on top. Lines of joints without force are thin.
     """

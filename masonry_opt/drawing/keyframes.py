@@ -23,8 +23,8 @@ class Keyframes:
     """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    #: Displacement of the live load, shape (k,); the unit is the closing of a joint with the mean force under
-    #: dead load.
+    #: Displacement of the live load, shape (k,). The unit is the closing of a joint of mean length under the
+    #: mean contact force.
     displacement: np.ndarray
     d: np.ndarray  #: displacements of the blocks from the state under dead load, shape (k, 3b)
     #: True for joints that slide at this keyframe or at an earlier keyframe, shape (k, joints).
@@ -63,7 +63,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements that continue the last keyframe by a mechanism ``motion``, shape (frames, 3b)."""
+    """Return displacements from the last keyframe along a mechanism ``motion``, shape (frames, 3b)."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]
@@ -72,9 +72,9 @@ def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def _evenly_along(displacement: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
-    """Return k points evenly spaced along the load–displacement curve, as fractional numbers of load steps.
+    """Return k points evenly spaced along the load–displacement curve, as fractional indices of load steps.
 
-    The point nearest to each load step is moved to the load step, so that its number is whole.
+    The point nearest to each load step is moved to the load step, so that its index is whole.
     """
     steps = np.hypot(
         np.diff(displacement) / (np.ptp(displacement) or 1.0),

@@ -68,7 +68,7 @@ def shrink_of(assembly: Assembly) -> float:
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return points after rigid motions that are linear in the rotation.
+    """Return points after rigid motions, which are linearised in the rotation.
 
     The result has the shape of ``points``. In the plane, points have shape (..., 2) and motions (vx, vy, ω)
     have shape (..., 3). A point (x, y) is displaced by (vx - ω y, vy + ω x). In space, points have shape
@@ -120,7 +120,7 @@ def line_parts(shapes: np.ndarray) -> np.ndarray:
 
 
 def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
-    """Return the closed rings of each shape and of its holes, of shape (corners + 1, 2).
+    """Return the outlines of each shape and of its holes as closed rings, shape (corners + 1, 2).
 
     The last point of a ring is its first corner.
     """

@@ -40,22 +40,22 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
-#: Number by which rotations in radians are multiplied before they are rounded to integers in the data of a
-#: page. With a smaller value, animated rotations are less smooth.
+#: Rotations in the data of a page are integers: radians times this factor, rounded. With a smaller value,
+#: animated rotations are less smooth.
 _TURN = 100_000
 
 #: Size of the scene in the integer units of a figure in space. Coordinates are rounded to whole units; a
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half the drawn width of a mark with a nominal width of one point that is visible through blocks, relative
+#: Half the drawn width of marks that are visible through blocks, per point of their nominal width, relative
 #: to the size of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Half the drawn width of a mark with a nominal width of one point that blocks can hide, relative to the size
+#: Half the drawn width of marks that blocks can hide, per point of their nominal width, relative to the size
 #: of the scene.
 _RADIUS = 1 / 500
-#: Upper limit of the half width ``_RADIUS``, relative to the side of a square with the median area of the
-#: joints.
+#: Upper limit of the half width ``_RADIUS``, relative to the side length of a square joint with the median
+#: area of all joints.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -71,7 +71,7 @@ def refuse_saving(
     force: bool = False,
     view: ViewAngles | None = None,
 ) -> None:
-    """Raise OptionError if a result cannot be saved with these options.
+    """Raise OptionError if a result cannot be saved with the given options.
 
     Call this function before a long analysis.
     """
@@ -127,8 +127,8 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     return fill_template("page.html")
 
 
-#: Figure of a page, as a tuple: the word "plane" or "space", which selects the templates, the values for the
-#: templates, and the data for the script.
+#: Figure of a page, as a tuple of three entries. The word "plane" or "space" selects the templates, the
+#: dictionary of texts fills the templates, and the last dictionary is the data for the script.
 _PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
@@ -219,12 +219,12 @@ def _foot(result: Outcome) -> str:
 
 
 def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
-    """Return the blocks of each joint, and the columns ``names`` of the table of joints, rounded."""
+    """Return the two blocks of each joint, and the rounded columns ``names`` of the table of joints."""
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
-        # Values that are tiny relative to the largest force or the fastest motion are rounding errors, and
-        # are set to zero.
+        # Compute a scale for each column. Values that are tiny relative to their scale are rounding errors,
+        # and are set to zero.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         scales = {"s": force, "torsion": force * length}
@@ -234,7 +234,7 @@ def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
 
 
 def _json(data: dict[str, Any]) -> str:
-    """Return data as JSON, with the characters escaped that have a meaning in HTML."""
+    """Return data as JSON. Characters that have a meaning in HTML are escaped."""
     encoded = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return encoded.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -259,7 +259,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return the styles of joints that have slid, and of open joints, as marks without points."""
+    """Return the line styles for joints that have slid and for open joints, as marks without points."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -267,7 +267,7 @@ def history_marks(result: Outcome) -> list[Marks]:
 
 
 def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dict[str, Any]:
-    """Return the data of the load history of a page, with one entry for each keyframe.
+    """Return the load history as data for the script of a page, with one entry for each keyframe.
 
     ``motions`` are in the figure's units. The event of a keyframe is a sentence about the joints that most
     recently began to slide or to open.
@@ -346,8 +346,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Table with an index for each distinct motion of marks. Motion 0 is zero at first, and the script of the
-    # page replaces it with the motion of the selected joint.
+    # Index of each distinct motion of marks. Motion 0 is zero when the page opens. The motion of a joint
+    # replaces motion 0 when the joint is selected.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:

@@ -32,8 +32,8 @@ _SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
 #: Smallest font size of block names in scenes with many blocks, in points. Names of this size are legible
 #: only if the picture is enlarged.
 _TINY_NAME = 1.0
-#: Largest number of blocks for which names have at least the font size ``_SMALLEST_NAME_SIZE``, and a white
-#: rim.
+#: If a scene has more blocks than this number, names of blocks may be smaller than ``_SMALLEST_NAME_SIZE``
+#: and have no white rim.
 _MANY = 200
 
 
@@ -99,7 +99,7 @@ def doubts(assembly: Assembly) -> Iterator[str]:
 def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
-    """Draw a picture of a result. Parameters and exceptions are described at :meth:`Result.plot`."""
+    """Draw a picture of a result. See :meth:`Result.plot` for the parameters and the exceptions."""
     figure.refuse_kind(kind, names)
     refuse_view(result.assembly.scene, view)
     if kind == figure.CURVE:

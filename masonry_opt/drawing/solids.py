@@ -27,25 +27,25 @@ from masonry_opt.scene.space.shapes import Shapes
 
 ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in degrees.
 
-#: Largest distance from the movable blocks to which supports are drawn, relative to the size of the scene.
-#: Larger supports are cut off.
+#: Supports are cut off at this distance from the movable blocks. The distance is relative to the size of the
+#: scene.
 _SUPPORT_CUT_DISTANCE = 0.2
 _HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
 #: Distance below which points coincide, relative to the size of the scene.
 _COINCIDENT_POINT_TOLERANCE = 1e-9
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
-#: Azimuths from which the default view is chosen, in degrees. Of equally good azimuths, the first is used.
+#: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the criterion that the live load pushes towards the viewer, in the choice of the default view.
-#: The weight is relative to the criterion of the visible width of the scene.
+#: Weight of the direction of the live load in the choice of the default view, relative to the visible width
+#: of the scene. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
 _SHORTEST_PIECE = 3.0
-#: Tolerance of the test whether a face hides a point, as a difference in depth relative to the longer side of
-#: the picture. A face that is nearer by less does not hide the point.
+#: Smallest difference in depth at which a face hides a point behind it, relative to the longer side of the
+#: picture.
 _DEPTH = 2e-3
 
 #: Number of pixels along the longer side of the depth buffer. A larger value draws sharper edges of faces.
@@ -109,9 +109,9 @@ def surface(elements: Elements) -> Surface:
 
 
 def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
-    """Divide faces into triangles, shape (triangles, 3, 3).
+    """Divide faces into triangles, and return the corners of the triangles, shape (triangles, 3, 3).
 
-    Return also the face of each triangle as an index.
+    Return also the index of the face of each triangle.
     """
     collections = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(collections, return_index=True)
@@ -129,7 +129,7 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
 
 
 def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
-    """Cut off the parts of the blocks ``cut`` outside a box from ``low`` to ``high``, and return all faces.
+    """Cut the blocks ``cut`` to a box with the corners ``low`` and ``high``, and return all faces.
 
     The result includes the new faces on the sides of the box.
     """
@@ -185,7 +185,7 @@ def refuse_view(scene: Scene, view: object) -> None:
 
 
 def axes_of(view: ViewAngles) -> np.ndarray:
-    """Return the directions to the right, upwards and towards the viewer as rows, shape (3, 3)."""
+    """Return the axes of a picture (right, up, towards the viewer) as unit vectors in rows, shape (3, 3)."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
     right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])

@@ -14,11 +14,11 @@ from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outline
 #: Length of the longer side of an SVG picture, in units of the picture. Coordinates are rounded to whole
 #: units, so a larger value makes coordinates more exact and files larger.
 SIDE = 10_000
-#: Number of pixels that one point (1/72 inch) of a mark's width has on a page. The value exceeds 1, because
-#: screens are read from farther away than prints. A larger value makes marks thicker.
+#: Pixels on a page for each point (1/72 inch) of a mark's width. The value exceeds 1, because screens are
+#: read from farther away than prints. A larger value makes marks thicker.
 _PIXELS_PER_POINT = 1.5
-#: Number of pixels that one point of a mark's width has in scenes with many joints. The value is smaller,
-#: because thicker marks would overlap.
+#: Pixels on a page for each point of a mark's width in scenes with many joints. The value is smaller than for
+#: other scenes, because thicker marks would overlap.
 _PIXELS_PER_POINT_OF_MANY = 1.0
 #: Smallest visible motion, in units of the picture. An element that moves less has no motion attribute.
 _LEAST_DRAWN_MOTION = 2.0
@@ -179,7 +179,7 @@ def _polyline(points: np.ndarray, closed: bool = False) -> str:
 
 
 def _stroke(marks: Marks, pixels: float = _PIXELS_PER_POINT) -> dict[str, object]:
-    """Return the SVG attributes of marks.
+    """Return the SVG attributes of the lines and fills of marks.
 
     ``pixels`` is the number of pixels for each point of the marks' width.
     """

@@ -57,14 +57,14 @@ def strength_differs(v: dict[str, Any]) -> str:
 
 
 def stress_differs(v: dict[str, Any]) -> str:
-    """State that a strength or cohesion does not suit the weights, with both values."""
+    """State that a strength or cohesion is implausible for the weights, with both values."""
     own, weight = _rounded(v["value"]), _rounded(v["weight"])
     column = f"a column as high as the largest dimension of the scene presses with {weight} on its foot"
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
 def friction_high(v: dict[str, Any]) -> str:
-    """State that a friction coefficient is high, and convert it if an angle in degrees was meant."""
+    """State that a friction coefficient is high. If it may be an angle, add the tangent of the angle."""
     friction = v["friction"]
     question = ": check the value"
     if friction < 90:
@@ -76,10 +76,10 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
-    """State that the dilatancy of a joint is less than minus its friction, and advise to check the sign."""
+    """State that the dilatancy of a joint is below its negative friction, and advise to check the sign."""
     return (
-        f"'dilatancy' {v['dilatancy']:g} of {_place_of_property(v)} is less than −{v['friction']:g}, "
-        "minus its friction: sliding would release work instead of dissipating it; check the sign"
+        f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is below the negative friction "
+        f"−{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
     )
 
 
@@ -110,12 +110,12 @@ def lost_joints(v: dict[str, Any]) -> str:
 
 
 def bridged_by_tolerance(v: dict[str, Any]) -> str:
-    """State that the tolerance closes gaps as wide as mortar, with the contact tolerance that is meant."""
+    """State that the tolerance closes gaps as wide as mortar, with the contact tolerance to use instead."""
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "'tolerance' closes gaps as wide as mortar, and moves corners by as much, which changes λ: "
-        f"{pairs(v, wide)}; if the gaps are mortar that is not drawn, {remedy}"
+        "'tolerance' closes gaps as wide as mortar joints by moving the corners of blocks, which changes λ: "
+        f"{pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
     )
 
 
@@ -137,12 +137,12 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FRICTION_HIGH: friction_high,
     Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (
-        f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no block that can move, "
-        "and no tie or prop ends there: close the gap if blocks should rest on the support"
+        f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no movable block, tie or prop: close "
+        "the gap if blocks should rest on the support"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
-        f"blocks are held between supports by joints that no load presses together, {pairs(v)}: add the "
-        "load that clamps these joints, or set their friction to 0"
+        f"joints that no load presses together hold blocks between supports: {pairs(v)}; add the load that "
+        "clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
         f"{do(v, 'lie')} {v['distance']:.3g} away from all other blocks, which extend over {v['size']:.3g}: "
@@ -171,7 +171,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge. No joint is made there, "
-        "because the contact has no normal: if they bear on each other, cut one of them to a narrow face"
+        "because the contact has no normal: if the blocks press on each other, cut one block to a narrow face"
     ),
     Code.FACES_TURNED: lambda v: (
         f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "
@@ -179,21 +179,21 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (
-        "edge_load no. {number} has no effect along a length of {length:.4g}, because no free edge of a "
-        "movable block is there"
+        "edge_load no. {number} has no effect along a length of {length:.4g}, because no movable block has a "
+        "free edge there: correct the ends of the load, or increase 'tolerance'"
     ),
     Code.AXLES_LEFT_OUT: lambda v: (
-        f"axles {', '.join(map(repr, v['names']))} are left out, because they move: use 'crossing'"
+        f"this analysis omits the moving axles {', '.join(map(repr, v['names']))}: use 'crossing'"
         if v["names"]
-        else "the axles of the load case are left out, because they move: use 'crossing'"
+        else "this analysis omits the moving axles of the load case: use 'crossing'"
     ),
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
     Code.ACTS_OUTSIDE: lambda v: (
-        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: is "
-        f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
+        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: specify "
+        f"'{v['load']}_at' (in a load, 'at') in the scene's coordinates"
     ),
     Code.FORCES_DIFFER: lambda v: (
         f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the block weight: are "

@@ -38,7 +38,8 @@ _HISTORY_END_REMARKS = {
 _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark on possible lower states, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
-#: Remark on possible lower states, for other methods that found no exact state and report the load history.
+#: Remark on possible lower states, for other methods that report the incremental load factor because they
+#: found no exact state.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
 #: Meaning of each name of a load factor, which sweeps and samples print below their results.
@@ -116,7 +117,7 @@ def load_factor_table(result: Outcome) -> str:
 
 
 def value_text(result: Outcome, line: LoadFactorLine) -> str:
-    """Return a load factor in six digits, with the angle in degrees if the ground is tilted.
+    """Return a load factor with six digits, and the angle in degrees if the ground is tilted.
 
     If the load factor does not exist, the text is "none".
     """
@@ -129,7 +130,7 @@ def value_text(result: Outcome, line: LoadFactorLine) -> str:
 
 
 def factor_text(load_factor: float) -> str:
-    """Return a load factor in six digits as text; a value of the size of rounding errors becomes "0"."""
+    """Return a load factor as text with six digits; a value of the size of rounding errors becomes "0"."""
     return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
 
 
@@ -245,7 +246,7 @@ def _incremental_remark(result: Outcome) -> str:
 
 
 def _coulomb_remark(result: Outcome) -> str:
-    """Return the remark on a Coulomb collapse state: if it is exact, and if lower states are possible."""
+    """Return the remark on a Coulomb state: whether it is exact, and whether lower states are possible."""
     return "; ".join([state_found(result), *_lower_states(result)])
 
 
@@ -300,12 +301,12 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase that a load factor is not proven to be the least, with advice on a search."""
+    """Return the phrase "not proven least" with a remark on a search for lower states."""
     return f"not proven least{search_remark(result, 'lower states')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about lower load factors, which describes or advises a search for them.
+    """Return the end of a phrase about lower states, which describes or recommends a search for them.
 
     ``states`` is the name of the states in the phrase, such as "lower states".
     """
@@ -322,7 +323,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase about lower load factors, with the option that starts a search for them.
+    """Return the end of a phrase about lower states, with the option that starts a search for them.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the name of the states in the phrase, such as "lower states".

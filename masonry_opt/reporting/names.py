@@ -50,5 +50,5 @@ def verb(number: int, word: str) -> str:
 
 
 def do(v: dict[str, Any], word: str) -> str:
-    """Return a clause with the blocks of a reason as subject and a verb, such as "block 'A' hangs"."""
+    """Return a clause with the blocks of a reason and a verb in agreement, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

@@ -83,7 +83,7 @@ def certificate(result: Outcome) -> str:
 
 
 def _of_forces(stability: Stability) -> str:
-    """Return the residuals of the forces that carry the dead load of a stable scene as a table in HTML."""
+    """Return an HTML table of the residuals of the forces that carry the dead load of a stable scene."""
     residuals = {"equilibrium": stability.equilibrium, "yield": stability.yield_}
     rows = "".join(
         f'<tr><th scope="row">{name} <small>{RESIDUAL_MEANINGS[name]}</small></th>'
@@ -96,13 +96,13 @@ def _of_forces(stability: Stability) -> str:
 
 
 def described(result: Outcome) -> str:
-    """Return the list of omitted parts of the model as HTML; "" if nothing is omitted."""
+    """Return an HTML list of the motions that are not modelled; "" if all motions are modelled."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Return a text about the joints that begin to slide or to open at a load factor; "" without such joints.
+    """Return a text that names the joints that begin to slide or to open; "" if there are no such joints.
 
     ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
     """

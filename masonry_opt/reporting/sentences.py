@@ -20,8 +20,8 @@ from masonry_opt.solution.thresholds import SLIDES
 #: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: Ratio of the dead loads of two blocks above which a message names the ratio as the reason why stability is
-#: undecided. At this ratio, the answers of solvers have only one or two correct digits.
+#: If the dead loads of two blocks have a larger ratio, a message names the ratio as the reason why stability
+#: is undecided. At this ratio, the answers of solvers have only one or two correct digits.
 _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
@@ -41,7 +41,7 @@ _RESIDUAL_NAMES = {
     "joint": "yield of one joint",
 }
 
-#: Map from the status of a result to the description of the joints that a message lists.
+#: Description of the joints that a message lists, by the status of the result.
 _JOINT_DESCRIPTIONS = {
     Status.LOCKED: "joints that slide but cannot open as associative flow requires",
     Status.UNLIMITED: "joints that carry the live load",
@@ -51,8 +51,8 @@ _JOINT_DESCRIPTIONS = {
 #: Methods that let the user choose the solver.
 _SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
 
-#: Map from the name of each option that is changed when the loop of linear programs is run again to a
-#: description of the change.
+#: Options that may be changed before the loop of linear programs is run again, with a description of each
+#: change.
 _REMEDIES = {
     "sub_problems": "sub-problems solved accurately",
     "alpha": "a smaller slope of the shear limits",
@@ -109,13 +109,13 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _carried(v: dict[str, Any]) -> str:
-    """State which forces carry the dead load of a stable scene, and whether other forces carry it too."""
+    """State which forces carry the dead load of a stable scene, and whether other forces can carry it too."""
     if v["unique"]:
         return "equilibrium alone fixes the forces that carry the dead load"
     many = "one of many solutions that carry the dead load"
     if v["elastic"]:
         return f"the forces shown were computed with elastic contacts and are {many}"
-    return f"the forces shown were computed by a program, may contain self-stress, and are {many}"
+    return f"the forces shown solve an optimisation program, may contain self-stress, and are {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -135,7 +135,7 @@ def _slip(v: dict[str, Any]) -> str:
 
 def _slides_on(v: dict[str, Any]) -> str:
     """Return the reason why a capacity curve ends where joints begin to slide."""
-    return f"sliding mechanisms cannot be followed, and from here on {_slide(v)}{_slip(v)}"
+    return f"the capacity curve cannot follow sliding mechanisms, and from here on {_slide(v)}{_slip(v)}"
 
 
 def _not_hinging(v: dict[str, Any]) -> str:
@@ -156,7 +156,7 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """State that joints slide under the dead load, and the friction that would make the scene stable."""
+    """State that joints slide under the dead load, with the friction that would make the scene stable."""
     slides = _slide(v)
     if v["factor"] is not None:
         condition = f"if the friction of all joints were at least {rounded_up(v['factor'])} times as high"
@@ -188,8 +188,8 @@ def _wedged(v: dict[str, Any]) -> str:
         below = "which is below zero" if load_factor < 0 else "but no load factor exists from rest"
         prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
     return (
-        f"{prefix}only wedging forces carry the dead load, and with the flow rule of the joints these forces "
-        f"do not last{support}"
+        f"{prefix}only wedging forces could carry the dead load, but the flow rule of the joints does not "
+        f"sustain such forces{support}"
     )
 
 
@@ -199,8 +199,8 @@ def _undecided(v: dict[str, Any]) -> str:
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
     return (
-        "it is undecided if the scene is stable under its dead load: neither forces nor a mechanism were "
-        f"verified ('{v['word']}'); {check}"
+        "it is undecided whether the scene is stable under its dead load: neither forces nor a mechanism "
+        f"were verified ('{v['word']}'); {check}"
     )
 
 
@@ -241,7 +241,7 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """State that the loop of linear programs was run again with other options, and if a run converged."""
+    """State that the loop of linear programs was run again with other options, and whether it converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
@@ -263,7 +263,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _time_limit(v: dict[str, Any]) -> str:
-    """State that the time limit ended the analysis, in which phase, and the load factors known by then."""
+    """State in which phase the time limit ended the analysis, and which load factor was reached by then."""
     ended = f"the time limit of {v['seconds']:g} s ended the analysis (in step: {v['phase']})"
     if v["carried"] is not None:
         carried = (
@@ -277,7 +277,7 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """State that the load history led to no collapse state, and which option or method finds a state."""
+    """State that the load history led to no collapse state, with an option or method to look for one."""
     steps = counted(v["steps"], "step")
     history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
@@ -298,14 +298,14 @@ def _bracket(v: dict[str, Any]) -> str:
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return text on the limits of rates and of forces that method "global" assumes."""
+    """Return a text about the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces up to ten times all loads"] if v["forces"] else []
-    return f"{' and '.join(limits)} (these limits had to be assumed)"
+    return f"{' and '.join(limits)} (assumed limits)"
 
 
 def _between(v: dict[str, Any]) -> str:
-    """Return, as text, the lowest and the highest load factor between which the loop alternates."""
+    """Return the lowest and the highest load factor between which the loop alternates, as text."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
@@ -338,17 +338,18 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the direction of 'live', and the blocks on which it acts"
     ),
     Code.NO_COLLAPSE: lambda v: (
-        "proven: no load factor λ ≥ 0 exists; in every mechanism in which the live load does work, some "
-        f"moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield conditions "
-        f"that exclude each other, and {counted(v['kinematic_cuts'], 'set')} in which at least one condition "
-        "must move)"
+        "proven: no load factor λ ≥ 0 exists, because in every mechanism in which the live load does work, "
+        f"some moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield "
+        f"conditions that exclude each other, and {counted(v['kinematic_cuts'], 'set')} in which one or more "
+        "conditions must move)"
     ),
     Code.CARRIES_ANY: (
         "proven: joint forces within the friction limits carry any multiple of the live load; a collapse "
         "state may still exist, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
-        f"these joints carry the live load in both directions by self-stress that no load causes: {pairs(v)}"
+        "these joints carry the live load in both directions (λ and −λ), by self-stress that no load causes: "
+        f"{pairs(v)}"
     ),
     Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
@@ -426,14 +427,16 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{_ranged(v['stress'])} with random self-stress, in {counted(v['draws'], 'draw')} each"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
-    Code.LOCAL_MINIMUM: "the answer is a local minimum, with products z p of at most ε = {epsilon:.0e}",
+    Code.LOCAL_MINIMUM: (
+        "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
+    ),
     Code.START_FAILED: "the loop that computes the start failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
-    Code.NOTHING_SOLVED: "no relaxed program was solved: give a smaller 'epsilon', or a result as 'start'",
+    Code.NOTHING_SOLVED: "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to a result",
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, but after only {counted(v['candidates'], 'start')} this is weak evidence, "
-        "because equilibrium does not fix the forces"
+        f"all load factors agree, but this is weak evidence after only {counted(v['candidates'], 'start')}, "
+        "because equilibrium alone does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"
@@ -443,12 +446,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
-    Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven, because the answer exceeds {_imposed(v)}",
+    Code.TOUCHES_IMPOSED: lambda v: (
+        f"nothing is proven, because the answer is not a state with {_imposed(v)}"
+    ),
     Code.OUT_OF_TIME: lambda v: (
         f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
     ),
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
-        f"not proven least; bounds after {v['time_limit']:g} s, for states with {_imposed(v)}: {_bracket(v)}"
+        f"not proven least; bounds of the least λ after {v['time_limit']:g} s, among states with "
+        f"{_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
     Code.REACHES_ZERO: "λ has decreased to zero: from here on the masonry falls without live load",
@@ -457,7 +463,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NOT_HINGING: _not_hinging,
     Code.JOINTS_SLIDE: _slides_on,
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
-    Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
+    Code.LOCKS: "the mechanism locks: from here on no finite motion is possible",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
     Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",

@@ -9,8 +9,8 @@ from masonry_opt.solution.stability import Stability
 #: First line of the answer if a scene without live load is stable.
 STABLE = "stable under its dead load"
 
-#: Accuracy at which the bisections for the reserves end. A friction factor or joint margin below this value
-#: is described in words instead of a number, and so is a geometric margin that differs by less from 1.
+#: Accuracy of the bisections for the reserves. A friction factor or joint margin this close to 0, or a
+#: geometric margin this close to 1, is described in words instead of a number.
 _NEGLIGIBLE_RESERVE = 2e-4
 
 

@@ -91,7 +91,7 @@ def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
 
 
 def _why(result: Outcome) -> str:
-    """Return the reasons for a missing load factor, or for a collapse without work of the live load.
+    """Return the reasons for a missing load factor, or for a collapse in which the live load does no work.
 
     Reasons that describe only the analysis are omitted if the result has other reasons.
     """
@@ -112,7 +112,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and a text that counts the moving blocks, and the joints by kind of motion.
+    """Return a label and a text with the numbers of moving blocks, and of joints by kind of motion.
 
     The value is None if no motion is known.
     """
@@ -139,7 +139,8 @@ def _ties(result: Outcome) -> str:
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
-    # The table of ties is a pandas frame, and importing pandas takes a quarter of a second.
+    # Return early without ties and props: their table is a pandas frame, and importing pandas takes a quarter
+    # of a second.
     if not any(force.role in (Role.TIE, Role.PROP) for force in result.assembly.limited):
         return ""
     if result.ties["force"].isna().all():
@@ -203,7 +204,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         blocks = counted(len({piece.block for piece in below}), "block")
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
-        spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
+        spread = f"loads on the road spread at {fill.spread:g}° to the vertical"
         phrases.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
@@ -318,7 +319,7 @@ def log_sentences(result: Outcome) -> Iterator[str]:
 
 
 def _alignment(result: Outcome) -> str:
-    """Return a text about the largest changes by the alignment of joints; "" if no joint was changed."""
+    """Return a text about the largest changes that the alignment of joints made; "" without changes."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     return (

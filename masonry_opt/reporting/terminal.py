@@ -33,8 +33,8 @@ _RESIDUAL_COLUMNS = (
     "complementarity",
 )
 
-#: Seconds between two lines of progress on a stream that is no terminal. With fewer seconds a log has more
-#: lines.
+#: Seconds between two lines of progress on a stream that is not a terminal. A smaller value makes logs
+#: longer.
 SECONDS_BETWEEN_LINES = 10.0
 
 #: Pattern of a row of the table of load factors, which begins with exactly two spaces and a name.
@@ -103,7 +103,7 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line with the elapsed time, and yield a function that changes its text.
+    """Show a line with the elapsed time, and yield a function that changes the text of the line.
 
     On a terminal the line is removed at the end. Elsewhere, as in a file or a pipe, the present text is
     written as a line of its own every ten seconds.
@@ -122,7 +122,7 @@ def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]
 
 @contextmanager
 def _repeated_lines(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Write the present text as a line with the elapsed time at regular intervals."""
+    """Write the current text and the elapsed time as a line at regular intervals."""
     began, ended, text = time.monotonic(), threading.Event(), [line]
 
     def change(line: str) -> None:

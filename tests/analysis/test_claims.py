@@ -36,4 +36,4 @@ def test_a_bound_that_assumes_something_names_its_assumption(no_proof):
     assert result.exact
     assert not result.solution.bound_derived
     assert "least, proven" not in result.summary
-    assert "had to be assumed" in result.summary
+    assert "(assumed limits)" in result.summary

@@ -32,7 +32,7 @@ def test_a_file_that_cannot_be_read_is_refused_before_its_options(command, tmp_p
     """No round of messages asks for the options of a drawing that is none."""
     (tmp_path / "notes.md").write_text("# a wall")
     error = command.refused("convert", tmp_path / "notes.md", tmp_path / "case.toml")
-    assert "the file name of a drawing must end in .dxf" in error
+    assert "only drawings (.dxf), meshes (" in error
     assert "--friction" not in error
 
 
