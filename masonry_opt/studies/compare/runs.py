@@ -89,7 +89,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene of a comparison to which warnings about probable mistakes are added.
+    """Return a scene of a comparison with warnings about its probable mistakes.
 
     Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """
@@ -139,14 +139,14 @@ class RunPlan:
     """Combinations of method, model, solver and tolerance that a comparison runs."""
 
     pairs: tuple[Pair, ...]
-    #: Method, model and solver of combinations that do not exist, and the reason.
+    #: Combinations that do not exist: method, model, solver and the reason.
     left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """Return the combinations of method, model, solver and tolerance that exist, and the omitted ones.
+    """Return the combinations of method, model, solver and tolerance to run, and those that do not exist.
 
     A method with its own tolerances runs only once with each solver. If none of its solvers is named, it runs
     with its default solver. Raises OptionError if a name is unknown, if a tolerance is out of range, or if no
