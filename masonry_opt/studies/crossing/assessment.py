@@ -105,7 +105,7 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
     if case != 1:
         factors.append(f"{case:g} of the load case")
     included = f" (with the factor {' and '.join(factors)})" if factors else ""
-    return f"{'; '.join(parts)}{included}, in the force unit of the case"
+    return f"in the force unit of the case: {'; '.join(parts)}{included}"
 
 
 def _listed(values: Iterable[float]) -> str:

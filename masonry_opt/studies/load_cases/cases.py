@@ -75,7 +75,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the values of further columns of the table; empty for load cases."""
+        """Return the additional table columns of a subclass; an empty dict for load cases."""
         return {}
 
     @property
@@ -230,7 +230,7 @@ class Directions(Cases):
         return dict(zip(_ACTIVATION_COLUMNS, values, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the table, with messages, as plain numbers and strings, and with None for NaN."""
+        """Return the table and the messages as plain numbers and strings, with None instead of NaN."""
         result, drawn = super().as_dict(), self.to_draw
         messages = [load_case["message"] for load_case in result.pop("load_cases")]
         rows = records(self.table.assign(message=messages))
