@@ -36,7 +36,7 @@ _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
 COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
 
-ANSWER = "answer"  #: Claim of a run that it has found the load factor of the scene.
+ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
 #: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
 #: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
@@ -80,7 +80,7 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success rates, without the columns of the pair.
+#: Columns of the table of success rates, except the columns that identify a ``Pair``.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 #: Headings of table columns whose heading differs from the column's name.
 HEADINGS = {

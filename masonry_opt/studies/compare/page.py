@@ -23,7 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Map from a verdict or an exceeded limit to the letter by which charts mark runs without a certified answer.
+#: Letters by which charts mark runs without a certified answer, by verdict or by exceeded limit.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",

@@ -186,7 +186,7 @@ def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
 class _FirstPosition(NamedTuple):
     """First position that is solved for a load case."""
 
-    trials: search.PassageTrials  #: passage of the load case, with the answer at this position alone
+    trials: search.PassageTrials  #: answers for the load case, which contain only this position
     result: Result  #: result at this position
 
 
@@ -221,7 +221,7 @@ def _solve_first_positions(
 
 
 def _carries_dead_load(result: Result) -> bool:
-    """Return True unless a scene is unstable under its dead load, or its stability is undecided."""
+    """Return False if a scene is unstable under its dead load, or if its stability is undecided."""
     undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
     return not undecided and result.status is not Status.UNSTABLE
 

@@ -84,7 +84,7 @@ class CrossingLoadFactors:
 
     @property
     def capacity(self) -> list[float]:
-        """Load of each axle at collapse: λ times ``axle_loads``. The list is empty without a load factor."""
+        """Load of each axle at collapse: λ times ``axle_loads``; empty if no position has a load factor."""
         load_factor = self.load_factor
         return [] if load_factor is None else [load_factor * load for load in self.axle_loads]
 

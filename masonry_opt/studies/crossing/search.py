@@ -139,7 +139,7 @@ class Passage:
         return scene.replace(**fields).read_from(scene.origin).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
-        """Return ranges of positions, from left to right, within which loads on blocks are continuous.
+        """Return ranges of positions, from left to right, within which the loads on blocks do not jump.
 
         The ranges are at most ``longest`` long. In each of them an axle loads a block that can move.
         """
