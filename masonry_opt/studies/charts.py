@@ -25,9 +25,10 @@ __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", 
 _WIDTH = 620  #: Width of a chart on paper, in pixels.
 _PANEL = 230  #: Width and height of a panel on paper, in pixels.
 _MOST_PANELS_IN_ROW = 4  #: Largest number of panels in a row.
-_PANELS = 24  #: Largest number of panels on paper; the notes of the chart state the total number.
-_ENTRY = 300  #: Width of a legend entry in pixels; it determines the number of columns of the legend.
-_LETTER = 6  #: Mean width of a letter of the notes, in pixels.
+#: Largest number of panels on paper. If a chart has more panels, its notes state the total number.
+_PANELS = 24
+_ENTRY = 300  #: Width of a legend entry in pixels, from which the number of legend columns follows.
+_LETTER = 6  #: Mean width of a letter in pixels, by which the notes of a chart are broken into lines.
 _FONT = "DejaVu Sans"  #: Font that comes with Matplotlib, so that pictures are equal on all machines.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
@@ -71,7 +72,7 @@ class NamedChart:
         return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """Return the Vega-Lite specification for a page, as wide as its container and without title."""
+        """Return the Vega-Lite specification for a page, as wide as its container and without a title."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             values = self._panels()
@@ -90,7 +91,7 @@ class NamedChart:
 
 
 def _configured(chart: Any, columns: Any) -> Any:
-    """Return a chart in the style of the package, with the entries of its legend in columns."""
+    """Return a chart in the style of the package, with a legend of ``columns`` columns."""
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
 
 
@@ -101,18 +102,18 @@ def axis(title: str, least: float, greatest: float) -> dict[str, Any]:
 
 
 def legend(entries: object) -> dict[str, Any]:
-    """Return keyword arguments of a chart channel that hide its legend if there are no entries."""
+    """Return keyword arguments that hide the legend of a chart channel if the legend has no entries."""
     return {} if entries else {"legend": None}
 
 
 def specification(chart: Any) -> dict[str, Any]:
-    """Return the Vega-Lite specification of an Altair chart, without Altair's limit on rows of data."""
+    """Return the Vega-Lite specification of an Altair chart, without Altair's limit on the number of rows."""
     with alt.data_transformers.enable("default", max_rows=None):
         return chart.to_dict()
 
 
 def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
-    """Return PNG and SVG files of charts by name. Repeated calls return identical bytes."""
+    """Return the PNG and SVG files of charts by file name. Repeated calls return identical bytes."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
         described = specification(drawing.on_paper())
@@ -122,11 +123,15 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
 
 
 def script() -> str:
-    """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, which a page includes."""
-    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub lacks the default
+    """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, with which a page draws charts."""
+    # Type: ignore[call-arg] # the type stub requires an argument that has a default
+    return vl_convert.javascript_bundle()
 
 
 def chart_contents(title: str, drawings: Sequence[NamedChart]) -> dict[str, str | bytes]:
-    """Return the files of charts by name: PNG and SVG of each, and one page that works offline."""
+    """Return the files of charts by file name: a PNG and an SVG file of each chart, and one page.
+
+    The page contains all charts and works offline.
+    """
     page = render("charts.html", title=title, charts=drawings, script=script())
     return pictures(drawings) | {"charts.html": page}

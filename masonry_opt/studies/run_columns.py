@@ -49,7 +49,7 @@ CROSSING_COLUMNS = {
     **dict.fromkeys(("positions", "undecided_positions"), "Int64"),
 }
 
-#: Names of mechanisms by the kind of joint motion. Separation of joints may occur in all of them.
+#: Names of mechanisms by the kind of joint motion. Joints may also separate in each of these mechanisms.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 
 

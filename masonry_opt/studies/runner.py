@@ -34,7 +34,7 @@ TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
 #: Outcomes of a task that has no value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: Largest number of runs of a task whose worker process dies each time.
+MOST_DEATHS = 3  #: A task whose worker process dies is run at most this many times.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
 #: Number of tasks that are submitted per worker in advance. With fewer tasks workers may be idle; with more
 #: tasks memory grows.
@@ -48,7 +48,7 @@ _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes; Windows has no fork server.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
-#: Lock that is held while a process starts, because several threads may start processes.
+#: Lock that is held while a process starts, because several threads may start processes at one time.
 _STARTING = threading.Lock()
 
 
@@ -64,7 +64,7 @@ class TaskEnd:
 
     @property
     def found(self) -> Any:
-        """Value of the task. Raises RuntimeError if the task crashed, MasonryError if it ended otherwise."""
+        """Value of the task. Raises RuntimeError if the task crashed, MasonryError for other failures."""
         if self.how != FINISHED:
             kind = RuntimeError if self.how == CRASHED else MasonryError
             raise kind(f"{self.how}: {self.reason}")
@@ -75,7 +75,7 @@ Task = Callable[[], Any]  #: Picklable function without arguments, such as a fun
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Worker processes that run tasks, as a context manager that ends the processes.
+    """Context manager for worker processes that run tasks. The processes end with the context.
 
     Raises OptionError if ``count`` is wrong, if both parameters are given, or if the Dask scheduler cannot be
     reached.
@@ -154,7 +154,7 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
 
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
-    """Process that does not import the main program, and in which libraries use one thread."""
+    """Process that does not import the main program, and whose libraries use one thread."""
 
     def start(self) -> None:
         """Start the process, and hide the file of the main program so that it is not imported."""
@@ -219,7 +219,7 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Set up a new process: it ends at SIGTERM, and its output is discarded. Pebble disables Ctrl-C."""
+    """Make a new process end at SIGTERM, and discard its output. Pebble makes it ignore Ctrl-C."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
@@ -249,7 +249,7 @@ class Processes:
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
         """Submit a task to the pool. Its process is killed after ``time_limit`` seconds."""
-        if not self._pool.active:  # the pool breaks if one of its idle processes dies
+        if not self._pool.active:  # the pool becomes inactive if one of its idle processes dies
             self.close()
             self._pool = self._open()
         return self._pool.schedule(_run, (task,), timeout=time_limit)
@@ -267,7 +267,7 @@ class _Cluster:
         try:
             import distributed
         except ImportError:
-            raise OptionError("--dask needs the package 'distributed': pip install '.[dask]'") from None
+            raise OptionError("--dask needs 'distributed': install it with pip install '.[dask]'") from None
         try:
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
@@ -275,13 +275,13 @@ class _Cluster:
         self._address, self._executor = address, self._client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future[TaskEnd]:
-        """Submit a task to the cluster. Raises OptionError if the cluster has no worker for a long time."""
+        """Submit a task to the cluster. Raises OptionError if no worker is available within ``PATIENCE``."""
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise OptionError(
                 f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
-                f"{self._address}'; finished runs are kept if 'out' is given"
+                f"{self._address}'; finished runs are kept if 'out' is set"
             ) from None
         return self._executor.submit(_run, task)
 
@@ -296,7 +296,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the outcome that a worker sent, or an outcome with the reason why it sent none."""
+    """Return the outcome that a worker sent, or an outcome with the reason why the worker sent no outcome."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()

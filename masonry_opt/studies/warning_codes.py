@@ -33,9 +33,10 @@ class StudyCode(StrEnum):
     #: The time limit ended a crossing in a sweep, sample or threshold. The record has the time limit in
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
-    #: The loads of axles seem to have another unit than the weights. Values: ``name`` of the axles;
-    #: ``unit_weight``, the median of the blocks, if the axles are a common set; otherwise ``load`` of all
-    #: axles and ``weight``, the sum of all dead loads.
+    #: The loads of axles seem to have another unit than the weights. The record has the ``name`` of the
+    #: axles. If the axles are a common set, it also has ``unit_weight``, the median unit weight of the
+    #: blocks. Otherwise it has ``load``, the sum of the axle loads, and ``weight``, the sum of all dead
+    #: loads.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
     #: cases, ``cases``.

@@ -57,8 +57,8 @@ class Journal:
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
             complete = data[: data.rfind(b"\n") + 1]
-            if data and not complete:  # the first line of a journal is always complete
-                raise OptionError(f"{self.path}: is not a journal of runs: choose another folder")
+            if data and not complete:  # a journal has at least one complete line
+                raise OptionError(f"{self.path}: the file is not a journal of runs: choose another folder")
             complete = complete or _line(head)
             if complete != data:
                 write_whole(self.path, complete)
@@ -85,11 +85,13 @@ class Journal:
             recorded = json.loads(first)
             changed = [name for name in head if recorded.get(name) != head[name]]
         except (ValueError, AttributeError):
-            raise OptionError(f"{self.path}: is not a journal of runs: choose another folder") from None
+            raise OptionError(
+                f"{self.path}: the file is not a journal of runs: choose another folder"
+            ) from None
         if changed:
             raise OptionError(
-                f"{self.path.parent}: has runs with other {', '.join(changed)}: choose another folder, or "
-                f"remove {self.path} to begin anew"
+                f"{self.path.parent}: the folder has runs with other {', '.join(changed)}: choose another "
+                f"folder, or remove {self.path} to begin anew"
             )
 
     def _keep(self, line: Mapping[str, Any]) -> None:
@@ -105,7 +107,7 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; earlier runs are kept: repeat the command to continue after them"
+        kept = "; finished runs are kept: repeat the command to continue"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
@@ -118,7 +120,7 @@ class Journal:
         A journal that did not exist before is removed, together with the folders that were made for it.
         """
         self._rows = {}
-        with suppress(OSError):  # a folder with files of other programs is not empty, and is not removed
+        with suppress(OSError):  # rmdir fails for a folder with other files, so such a folder remains
             if self._length_before:
                 os.truncate(self.path, self._length_before)
                 return
@@ -133,7 +135,7 @@ def digest(content: object) -> str:
 
 
 def _line(content: Mapping[str, Any]) -> bytes:
-    """Return a dictionary as one line of a journal, in the form of JSON."""
+    """Return a dictionary as one line of JSON for a journal."""
     return json.dumps(content, ensure_ascii=False).encode() + b"\n"
 
 
@@ -165,7 +167,7 @@ def machine() -> dict[str, str]:
 
 
 class StudyAnswer(ABC):
-    """Base class of the answers of studies, for terminal, notebook, pictures and JSON."""
+    """Base class of the answers of studies: printed text, notebook output, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
         """Return the printed lines of the answer, as a dict from the label of each line to its text."""

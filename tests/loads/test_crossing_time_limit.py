@@ -166,8 +166,8 @@ def test_the_limit_may_end_the_solve_of_the_default_method(time_is_over_at):
     time_is_over_at(3)
     found = mo.crossing(LOADED, method="static", time_limit=100)
     assert found.default is None
-    assert found.no_default == "the time limit of 100 s ended its solve"
-    assert "not compared with the default method: the time limit of 100 s ended its solve" in str(found)
+    assert found.no_default == "the time limit of 100 s ended the solve"
+    assert "not compared with the default method: the time limit of 100 s ended the solve" in str(found)
     assert not found.interrupted
     assert found.bound is not None
 
@@ -176,7 +176,7 @@ def test_a_load_factor_that_the_default_method_has_by_the_limit_is_compared():
     whole = mo.crossing(LOADED, method="static")
     solution = with_answer(whole.default.solution, TimeLimitReached(100.0), Effort())
     found = replace(whole, default=replace(whole.default, solution=solution))
-    assert "λ = 4.000000 there, when the time limit ended its search: the same as" in str(found)
+    assert "4.000000 at the worst position, when the time limit ended the search: the same as" in str(found)
 
 
 def test_a_stopped_crossing_of_a_settled_bridge_draws_the_axle_loads():
@@ -203,8 +203,8 @@ def test_before_a_coulomb_answer_the_least_upper_bound_is_stated(monkeypatch, st
         raise stop
 
     monkeypatch.setattr(module.search, "least_coulomb", ends)
-    known = r"no position was solved with method 'coulomb'; least associative load factor at \d+ positions"
-    with pytest.raises(error, match=known + ": 4.000000, an upper bound of λ"):
+    known = r"no position was solved with method 'coulomb'; λ is at most 4.000000, the least associative"
+    with pytest.raises(error, match=known + r" load factor at \d+ positions"):
         mo.crossing(LOADED)
 
 

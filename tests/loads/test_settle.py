@@ -96,7 +96,7 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        furthest = "no state has a reaction that differs more from the reaction at rest"
+        furthest = "no state has a reaction farther from the reaction at rest"
         assert known[end, "associative"] == furthest
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
@@ -105,7 +105,7 @@ def test_what_is_known_of_each_reaction():
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
     certainty = proven.rows()[0]["certainty"]
-    assert certainty.endswith("proven: no exact state has a reaction closer to that at rest")
+    assert certainty.endswith("proven: no exact state has a reaction closer to the reaction at rest")
     assert "(proven)" in replace(found, least=proven).facts()["least"]
     by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
     assert by_statics.splitlines()[0].startswith("-3 (associative)")
@@ -122,7 +122,7 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     (warning,) = nearer.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("history ends nearer", "least")
     assert [warning["reaction"], warning["incremental"]] == pytest.approx([-2.25, -1.125], abs=1e-6)
-    assert "may collapse there" in warning["sentence"]
+    assert "may collapse earlier" in warning["sentence"]
     beyond = replace(found, least=with_solution(least, below_zero=-half))
     (warning,) = beyond.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("state across rest", "least")

@@ -36,13 +36,13 @@ def test_openings_after_a_movement_of_20_mm():
 
 @pytest.mark.parametrize("movement", [0, -0.02, math.nan, "20 mm", True])
 def test_a_wrong_movement_is_refused(movement):
-    with pytest.raises(OptionError, match="movement: needs a length above zero"):
+    with pytest.raises(OptionError, match="'movement' must be a length above zero"):
         mo.settle(beam(), "R", (0, -1), movement=movement)
 
 
 def test_a_movement_that_turns_blocks_far_is_refused():
     """At 0.4 the beam turns by 0.1, the largest rotation of a small motion."""
-    with pytest.raises(OptionError, match=r"give at most 0\.4 \(found 0\.5\)"):
+    with pytest.raises(OptionError, match=r"set at most 0\.4 \(found 0\.5\)"):
         mo.settle(beam(), "R", (0, -1), movement=0.5)
 
 

@@ -139,7 +139,7 @@ def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
     out = doubtful / "out"
     mo.save(through_the_beam(), doubtful / "low.toml")
     error = command.refused("sweep", doubtful / "low.toml", *asked, "--workers", "1", "--out", out, code=1)
-    assert "no run was solved: 2 of 2 refused:" in error
+    assert "no run was solved: status 'refused' in 2 of 2 runs:" in error
     assert "the road of axles 'cart'" in error
     assert len(error.strip().splitlines()) == 1
     assert not out.exists()

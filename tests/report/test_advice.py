@@ -84,7 +84,7 @@ def test_a_function_that_fails_outside_of_the_range_is_no_error():
     def scene(friction):
         return two_blocks(friction if friction >= 0.2 else 1 / 0)
 
-    with pytest.raises(mo.OptionError, match=r"intermediate values: give the load factor"):
+    with pytest.raises(mo.OptionError, match=r"intermediate values: set 'load'"):
         mo.least(scene, 0.2, 0.9, samples=0)
 
 
@@ -104,7 +104,7 @@ def test_a_load_factor_is_advised_where_axles_move(command, tmp_path):
     """The search crosses such a scene if a load factor is given."""
     path = tmp_path / "axles.toml"
     mo.save(axles_on_a_beam(0.6), path)
-    assert "'load' (--load): without it live loads do not act" in least(command, path, "0.2:0.9")
+    assert "without 'load', live loads are ignored" in least(command, path, "0.2:0.9")
 
 
 @pytest.mark.slow

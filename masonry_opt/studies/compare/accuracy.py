@@ -21,29 +21,31 @@ from masonry_opt.solution.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: Relative width (upper − lower) / |λ| at which bounds are accepted. For wider bounds another solver is used.
+#: Bounds are accepted if their relative width (upper − lower) / |λ| is at most this value. Otherwise another
+#: solver is used.
 CLOSE = 1e-9
-#: Model, solver and tolerance of the answers from which bounds are computed, in the order of use.
+#: Model, solver and tolerance of the solves whose answers are turned into bounds, in the order of use.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: Number of joints from which on HiGHS is not used, because it would take minutes.
+#: HiGHS is not used for scenes with this number of joints or more, because it would take minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
-_LEAST_SLACK = 1e-9  #: Least slack of a point that counts as interior.
+_LEAST_SLACK = 1e-9  #: A point counts as interior if all its slacks are larger than this value.
 _PROJECTIONS = 6  #: Number of projections on the equations; each projection reduces rounding errors.
-#: Factor by which the step towards the interior point is lengthened. Without it, rounding errors can leave
-#: the point outside the inequalities.
+#: Factor by which the step towards the interior point is lengthened, because rounding errors could otherwise
+#: leave the point outside the inequalities.
 _STEP_EXCESS = 1.001
-#: Regularisation that is added to A Aᵀ, which is singular if equations of joints that cannot slide coincide.
+#: Value that is added to the diagonal of A Aᵀ, because A Aᵀ is singular if joints that cannot slide have
+#: equal equations.
 _REGULARISATION = 1e-12
 
-#: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)).
-#: The matrices have one row for each of k cones, and c has the shape (k,). In the plane there are no cones.
+#: Friction cones limit · x + c ≥ |(first · x, second · x)|, as the tuple (limit, c, (first, second)). The
+#: matrices have one row, and c has one entry, for each cone. In the plane there are no cones.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
 @dataclass(frozen=True)
 class CertifiedBounds:
-    """Certified bounds lower ≤ λ ≤ upper of the associative load factor.
+    """Certified bounds of the associative load factor λ: lower ≤ λ ≤ upper.
 
     A bound is infinite if no feasible point was found. Both bounds are −∞ if no state of equilibrium carries
     the dead load alone. Both bounds are +∞ if λ is unlimited.
@@ -80,7 +82,10 @@ class CertifiedBounds:
 
 @dataclass(frozen=True)
 class _Convex:
-    """Convex program with A x = b, G x + g ≥ 0 and cones; a feasible point x bounds λ by cost · x."""
+    """Convex program with equations A x = b, inequalities G x + g ≥ 0, and cones.
+
+    For each feasible point x, the number cost · x is a bound of λ.
+    """
 
     A: sp.csr_array
     b: np.ndarray
@@ -90,7 +95,7 @@ class _Convex:
     cones: _Cones
 
     def slack(self, x: np.ndarray) -> np.ndarray:
-        """Return the slacks of inequalities and cones at a point; each is a concave function of x."""
+        """Return the slacks of all inequalities and cones at the point x; each is a concave function of x."""
         limit, constant, two = self.cones
         of_cones = limit @ x + constant - np.hypot(*(component @ x for component in two))
         return np.append(self.G @ x + self.g, of_cones)
@@ -133,7 +138,7 @@ class _Convex:
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
-        """Return the point with the largest least slack (at most 1); None if no point is interior."""
+        """Return the point whose least slack is largest (at most 1); None if no interior point exists."""
         import cvxpy as cp  # imported here because the import takes seconds
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
@@ -190,7 +195,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     kinematics = statics.dual(problem.live_norm)
     static_interior, kinematic_interior = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds()
-    # HiGHS is the last of the solvers, and is used only for small linear programs.
+    # HiGHS, the last solver, is used only for small linear programs.
     for source in _SOURCES if small and not conic else _SOURCES[:-1]:
         driver = Driver(problem, "static", find_solver(*source), Effort(), of_load=True)
         state = driver.solve(nearly=conic).state
@@ -209,7 +214,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 
 
 def _statics(problem: Problem, conic: bool) -> _Convex:
-    """Return eq. (9) as a program in the variables (q, λ): equilibrium and yield conditions.
+    """Return the static program of eq. (9) in the variables (q, λ): equilibrium and yield conditions.
 
     In space the yield conditions are n ≥ 0, the cones |(s, t)| ≤ c + μ n, and limits of forces.
     """
@@ -230,7 +235,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """Return joint rates p for block velocities d, shape (3b,), in the dual program with cones.
+    """Return the joint rates p that follow from block velocities d, for the dual program with cones.
 
     The array contains the rates of opening, the rates of forces at their limits, and γ and w of slip.
     """

@@ -25,13 +25,14 @@ from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
-#: Least time limit for the certified bounds of a scene, in seconds. A longer time limit of runs applies to
-#: the bounds too.
+#: Shortest time limit for the certified bounds of a scene, in seconds. If the time limit of runs is longer,
+#: it applies to the bounds too.
 _BOUNDS_TIME = 120.0
-#: Default methods, which take seconds on a wall of Table 1.
+#: Default methods, each of which solves a wall of the paper's Table 1 in seconds.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
-TOLERANCES = (1e-6, 1e-9)  #: Default tolerances of solvers: a large one, and the default of the package.
+#: Default tolerances of solvers: a coarse tolerance, and the default of the package.
+TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Default folder of the results.
 _PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
@@ -118,7 +119,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _listed(argument: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
-    """Return an argument that is a name or a list of names as a list; otherwise raise OptionError."""
+    """Return a name or a list of names as a list. Raises OptionError if the argument is neither."""
     if isinstance(names, str | Path):
         return [names]
     if not isinstance(names, Sequence):
@@ -135,7 +136,7 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
     """
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
     files: dict[str, str | bytes] = {name: csv_text(frame) for name, frame in tables.items()}
-    with contextlib.suppress(OptionError):  # without the extra "studies" only tables are written
+    with contextlib.suppress(OptionError):  # without the extra "studies", only tables are written
         # The modules of charts and pages are slow to import, so they are imported only here.
         from masonry_opt.studies.charts import pictures
         from masonry_opt.studies.compare.page import charts, page
@@ -174,13 +175,13 @@ def run_plan(
             rows.append(row)  # an interrupt keeps the rows so far
     except KeyboardInterrupt:
         interrupted = True
-        notes.append("interrupted: the same command continues where it stopped")
+        notes.append("the comparison was interrupted: run the same command again to continue it")
     results, best = pd.DataFrame(rows, columns=runs.COMPARISON_COLUMNS), judge.lowest_exact(rows, known or {})
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"no error is computed for runs with the crushing parabola, on {', '.join(by_parabola)}: methods "
-            "static and kinematic with a conic solver use the parabola, but the certified bounds use chords"
+            f"{', '.join(by_parabola)}: no error is computed for methods static and kinematic with a conic "
+            "solver, because these use the crushing parabola, but the certified bounds use chords"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
@@ -188,7 +189,7 @@ def run_plan(
     if without_best:
         notes.append(
             f"the gap to the best exact state is unknown for {', '.join(without_best)}, because no exact "
-            "state is known and no run searches for one: add 'coulomb' or 'mpec' to the methods"
+            "state is known and no run searches for exact states: add 'coulomb' or 'mpec' to the methods"
         )
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
@@ -209,7 +210,7 @@ class _JournalRuns:
         # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()
-        # All runs are made once before any run is repeated, so that an interrupted comparison misses only
+        # Every run is made once before any run is repeated, so that an interrupted comparison lacks only
         # repeats.
         planned = [*product(range(1, limits.repeats + 1), scenes, pairs)]
         for number, (repeat, scene, pair) in enumerate(planned, start=1):
@@ -239,7 +240,7 @@ class _JournalRuns:
         return bool(by_time or by_memory)
 
     def bounds(self, scene: CaseScene) -> dict[str, float] | None:
-        """Return the certified bounds of a scene; None, with a note, if the bounds cannot be computed."""
+        """Return the certified bounds of a scene. If they cannot be computed, add a note and return None."""
         key, limits = f"certified bounds · {scene.content}", self.limits
         recorded = self.journal.find(key)
         if recorded is not None:

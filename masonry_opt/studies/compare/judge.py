@@ -29,14 +29,14 @@ from masonry_opt.studies.compare.runs import (
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
-#: Kinds of answers that can be exact. Answers of the loop are not among them, because sliding joints may
-#: contract.
+#: Kinds of answers that can be exact. The paper's loop of linear programs is excluded, because in its answers
+#: sliding joints may contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
 COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
 
-ANSWER = "answer"  #: Claim of a run that it has found the load factor of the scene.
+ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
 #: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
 #: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
@@ -54,12 +54,11 @@ VERDICTS = (
 )
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
-#: Relative gap to the best exact Coulomb state below which the gap counts as zero. Charts draw such gaps at
-#: this value.
+#: A smaller relative gap to the best exact Coulomb state counts as zero. Charts draw it at this value.
 GAP_FLOOR = SAME
 
 _PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
-#: Columns of a summary that hold the median over the repeats of a run.
+#: Columns of a summary that contain the median over the repeats of a run.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]  #: Columns of a summary that are counts.
 #: Columns of a summary that are numbers.
@@ -81,7 +80,7 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success rates, without the columns of the pair.
+#: Columns of the table of success rates, except the columns that identify a ``Pair``.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 #: Headings of table columns whose heading differs from the column's name.
 HEADINGS = {
@@ -159,7 +158,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return True for claims that bounds of the associative λ prove, and False for refuted claims.
+    """Return True for each claim that bounds of the associative λ prove, and False for each refuted claim.
 
     For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
     equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
@@ -221,7 +220,7 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
 
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
-    """Return the verdict on a run and the reason for the verdict as text; "" if the answer is certified."""
+    """Return the verdict on a run and its reason as text. A certified answer has the reason ""."""
     load_factor, claim = row["load_factor"], claim_of(row)
     end = row["status"] if row["ended"] == FINISHED else row["ended"]
     statement = f"{end}: {row['message']}" if row["message"] else str(end)
@@ -244,8 +243,8 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) but need not maximise
-        # λ. For these states a load factor below the lower bound is not wrong.
+        # Coulomb states, and states with polygons inside cones, are feasible in eq. (9) without maximising λ.
+        # Their load factor may therefore be below the lower bound.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
@@ -258,7 +257,9 @@ def _by_sides(row: Mapping[Any, Any]) -> bool:
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Return the residuals of a run that exceed the limits for its kind of answer, or for ``kind``.
+    """Return the residuals of a run that exceed the limits for its kind of answer.
+
+    The argument ``kind`` replaces the kind of the answer.
 
     A residual that is missing or NaN counts as exceeding the limits.
     """
@@ -277,7 +278,7 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table with a row for each scene and pair: median times and worst verdict of the repeats.
+    """Return a table with one row for each scene and ``Pair``: median times and worst verdict of the repeats.
 
     The column ``time`` is the time of the solve in seconds, without the steps that all pairs have in common:
     reading the scene and checking its dead load.
@@ -322,7 +323,7 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with the number of each verdict over all scenes, one row for each pair and tolerance.
+    """Return a table with one row for each ``Pair``, which counts the verdicts over all scenes.
 
     The column ``success`` is the share of answers that are certified or named correctly. The median time and
     the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
@@ -338,7 +339,7 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of a comparison. ``print`` shows the table of success, notes and warnings."""
+    """Results of a comparison. ``print`` shows the table of success rates, the notes and the warnings."""
 
     scenes: tuple[CaseScene, ...]
     plan: RunPlan
@@ -349,7 +350,7 @@ class Comparison:
     summary: pd.DataFrame  #: table with one row for each scene and pair (see :func:`summary`)
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
-    warnings: tuple[str, ...] = ()  #: sentences on damaged lines of the journal and on unusual inputs
+    warnings: tuple[str, ...] = ()  #: warnings about damaged lines of the journal and about unusual inputs
     #: Paths of the written files: tables, charts and the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
@@ -361,22 +362,22 @@ class Comparison:
         return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:
-        """Return the HTML of a notebook: notes and warnings, the table of success, and the first chart."""
+        """Return HTML for a notebook: notes and warnings, the table of success rates, and the first chart."""
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
         words = "\n".join([*self.notes, *warning_lines(self.warnings)])
         return notebook_html(printable(words), self.told, source)
 
     def __str__(self) -> str:
-        """Return the table of success, the omitted combinations, the notes and the warnings as text."""
+        """Return the table of success rates, the omitted combinations, the notes and the warnings as text."""
         lines = []
         if len(self.summary):
             lines += [self.told.to_string(index=False), ""]
             scenes = counted(len(self.scenes), "scene")
-            lines += [f"{scenes}; success is the share of runs that are certified or named"]
-            lines += ["named: no load factor exists, and the run reports the correct reason"]
+            lines += [f"the table covers {scenes}; success is the share of runs that are certified or named"]
+            lines += ["named: the run reports correctly why no load factor exists"]
             lines += [
-                "failed: the run reports that it has no answer; wrong: its answer or its reason is wrong"
+                "failed: the run reports that it has no answer; wrong: the reported answer or reason is wrong"
             ]
             lines += ["time and largest error include only certified answers"]
             lines += [

@@ -23,7 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Map from a verdict or an exceeded limit to the letter by which charts mark runs without a certified answer.
+#: Letters by which charts mark runs without a certified answer, by verdict or by exceeded limit.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",
@@ -31,22 +31,22 @@ _ENDING_LETTERS = {
     judge.REASON_NAMED: "N",
     judge.FAILED: "F",
 }
-#: Explanations that charts print for letters, if the name of the verdict is not clear enough.
-_LETTER_MEANINGS = {"N": "no load factor exists, and the run states the right reason"}
+#: Explanations of letters in charts, for verdicts whose names are not clear enough.
+_LETTER_MEANINGS = {"N": "the run reports correctly why no load factor exists"}
 
-#: Map from the question to the name of the error in titles, and the label of the axis of errors.
+#: For each kind of load factor: the name of the error in titles, and the label of the axis of errors.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
-    judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
+    judge.COULOMB: ("gap to the best exact state", "relative gap to the best known exact state"),
 }
 _GREY = "#777777"  #: Colour of lines, triangles and texts behind the marks of runs.
-_MOST_TICKS = 7  #: Largest number of steps between the ticks of a logarithmic axis.
+_MOST_TICKS = 7  #: Largest number of intervals between the ticks of a logarithmic axis.
 #: Columns in the tooltip of a mark.
 _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
 #: Additional columns in the tooltip of a mark, with the names that the tooltip shows.
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
-#: Selections of solvers and of methods by a click on the legend, which fades the marks of all others.
+#: Selections of solvers and methods: a click on a legend entry fades the marks of all other entries.
 _CHOSEN = [alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")]
 _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value(0.1))
 
@@ -71,8 +71,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     first, last = _decades(rows["time"])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
-    # A logarithmic axis has no zero, so errors of zero are drawn at the lowest error shown. Letters are drawn
-    # at three alternating heights, so that letters at nearly equal times do not overlap.
+    # Letters are drawn at three alternating heights, so that letters at nearly equal times do not overlap.
     level = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * level)
     front = [judge.pareto(frame).index for _, frame in rows.groupby("scene")]
@@ -80,6 +79,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     texts = in_words(rows, judge.NUMBER_FORMATS, (*_TOOLTIP, *_RENAMED)).rename(columns=_RENAMED)
     marks = texts.set_index(rows.index).assign(
         time=rows["time"],
+        # A logarithmic axis has no zero, so errors of zero are drawn at the lowest error of the axis.
         height=rows["error"].clip(low).where(certified, in_band),
         engine=rows["engine"],
         method=rows["method"],
@@ -96,7 +96,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         notes.append(f"gaps below {low:g} count as zero and are drawn at this value")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
-        notes.append("grey triangles: λ below the best exact state known, drawn at |gap|")
+        notes.append("grey triangles: λ below the best known exact state, drawn at |gap|")
     x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
     places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
     filters = ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
@@ -106,7 +106,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
-    # Only one layer has a legend, because the entries of a legend for several layers cannot be selected.
+    # Only this layer has a legend, because the entries of a legend for several layers cannot be selected.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _FADED, "tooltip": tooltip}
@@ -184,7 +184,7 @@ def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
 
 
 def _answer(row: Mapping[Any, Any]) -> str:
-    """Return a text on a run: λ with its error or gap, or the reason for having no λ, and the time."""
+    """Return a short text on a run: λ with its error or gap, or the reason why λ is missing, and the time."""
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:
@@ -202,5 +202,5 @@ def _answer(row: Mapping[Any, Any]) -> str:
 
 
 def _lambda(value: float) -> str:
-    """Return a load factor with five digits as text; trailing zeros are kept."""
+    """Return a load factor as text with five digits, including trailing zeros."""
     return numeral(value, "#.5g").removesuffix(".")

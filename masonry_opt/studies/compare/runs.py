@@ -89,7 +89,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene of a comparison to which warnings about probable mistakes are added.
+    """Return a scene of a comparison with warnings about its probable mistakes.
 
     Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """
@@ -139,14 +139,14 @@ class RunPlan:
     """Combinations of method, model, solver and tolerance that a comparison runs."""
 
     pairs: tuple[Pair, ...]
-    #: Method, model and solver of combinations that do not exist, and the reason.
+    #: Combinations that do not exist: method, model, solver and the reason.
     left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """Return the combinations of method, model, solver and tolerance that exist, and the omitted ones.
+    """Return the combinations of method, model, solver and tolerance to run, and those that do not exist.
 
     A method with its own tolerances runs only once with each solver. If none of its solvers is named, it runs
     with its default solver. Raises OptionError if a name is unknown, if a tolerance is out of range, or if no
@@ -197,7 +197,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     their first use.
     """
     _use_one_core()
-    # Without the incremental load factor, only the method itself is timed.
+    # The incremental load factor is not computed, so that only the method itself is timed.
     chosen, option_model = asdict(pair) | {"incremental": False}, METHODS[pair.method].options
     has_time_limit = option_model and "time_limit" in option_model.model_fields
     options: dict[str, Any] = {"time_limit": _METHOD_TIME_SHARE * time_limit} if has_time_limit else {}
@@ -227,7 +227,7 @@ def _use_one_core() -> None:
 
 
 def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
-    """Return the row of a run in the table of results, from the run's key and the end of its task."""
+    """Return a row of the table of results, made from the key of a run and the outcome of its task."""
     row: dict[str, Any] = dict.fromkeys(COMPARISON_COLUMNS) | dict.fromkeys(_TEXT_COLUMNS, "")
     row |= {"message": end.reason, "wall": end.seconds} | (end.value or {})
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}

@@ -24,7 +24,7 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(CrossingLoadFactors, StudyAnswer):
-    """Load factors of a scene for axles that move over its road, by the position of the axles.
+    """Load factors of a scene for axles that cross its road, one for each position of the axles.
 
     Attributes
     ----------
@@ -45,16 +45,16 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Columns of the table ``governing`` that a notebook shows."""
+        """Table that a notebook shows: a selection of columns of the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the result at the worst position, of unusual axles, and of λ below its lower bound."""
+        """Warnings about the result at the worst position, unusual axle loads, and λ below its bound."""
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
-        """Yield warnings about axles whose loads suggest another unit than the weights."""
+        """Yield warnings about axles whose loads seem to have another unit than the weights."""
         groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
@@ -70,7 +70,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
             return
         sentence = (
             f"λ = {numeral(least, '.6f')} at the worst position is less than the lower bound "
-            f"{numeral(bound, '.6f')} by another program: no bound is reported; try another solver"
+            f"{numeral(bound, '.6f')} of another program, so no bound is reported: try another solver"
         )
         yield study_warning(StudyCode.BELOW_BOUND, sentence, load_factor=least, bound=bound)
 

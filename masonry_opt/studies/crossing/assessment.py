@@ -24,7 +24,7 @@ class Assessment(NamedTuple):
 
     outcome: AssessmentOutcome
     load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    why: str  #: name of this load factor, or the reason why no load factor is compared
+    why: str  #: name of this load factor, or the reason for the outcome if no load factor is compared
 
 
 def refuse_required_factor(value: object) -> None:
@@ -56,9 +56,8 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
             answer.default.load_factor
         )
     known = {name: value for name, value in named.items() if value is not None}
-    # If several load factors are equally low, the name of the last is used, so that a bound has priority over
-    # the answer.
     least = min(known.values(), default=None)
+    # If the answer and a bound are equally low, the bound is named, because it is later in the dict.
     name = next((name for name, value in reversed(known.items()) if value == least), "")
     if least is not None and least < required and not same(least, required):
         return Assessment(AssessmentOutcome.FAILED, least, name)
@@ -88,7 +87,7 @@ def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
 
 
 def capacity_text(answer: CrossingLoadFactors) -> str:
-    """Return a text with the loads of the axles at collapse; an empty text without a load factor."""
+    """Return the loads at collapse as text, or an empty string if there is no load factor."""
     load_factor, trials = answer.load_factor, answer.least
     if load_factor is None or trials is None:
         return ""
@@ -106,11 +105,11 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
     if case != 1:
         factors.append(f"{case:g} of the load case")
     included = f" (with the factor {' and '.join(factors)})" if factors else ""
-    return f"{'; '.join(parts)}{included}, in the force unit of the case"
+    return f"in the force unit of the case: {'; '.join(parts)}{included}"
 
 
 def _listed(values: Iterable[float]) -> str:
-    """Return numbers as text; equal numbers are written once, with their count."""
+    """Return numbers as text. If all are equal, the number is written once, with their count."""
     numbers = [numeral(value, ".6g") for value in values]
     if len(numbers) > 1 and len({*numbers}) == 1:
         return f"{len(numbers)} × {numbers[0]}"

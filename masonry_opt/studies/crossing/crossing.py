@@ -140,7 +140,7 @@ def _crossed(
     progress: Callable[[float, float], None],
     phases: Phases,
 ) -> Crossing:
-    """Return the answer of :func:`cross` within a time limit that applies already.
+    """Return the answer of :func:`cross`. The caller sets the time limit.
 
     Raises TimeLimitReached if the time limit is over before the axles move.
     """
@@ -162,7 +162,7 @@ def _crossed(
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
     all_trials, stop = _cross(session, ways, programs, effort, progress)
-    # Without a load factor, an undecided passage is shown rather than a passage that carries any load.
+    # If no passage has a load factor, an undecided passage has priority over a passage that carries any load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
     default, no_default = None, ""
@@ -184,16 +184,18 @@ def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
 
 
 class _FirstPosition(NamedTuple):
-    """First position of a load case that is solved."""
+    """First position that is solved for a load case."""
 
-    trials: search.PassageTrials  #: passage of the load case, with the answer at this position alone
+    trials: search.PassageTrials  #: answers for the load case, which contain only this position
     result: Result  #: result at this position
 
 
 def _solve_first_positions(
     session: Session, passages: list[search.Passage], phases: Phases
 ) -> tuple[list[_FirstPosition], KeyboardInterrupt | None]:
-    """Solve each load case at one position; return the answers, and the signal that ended the solves.
+    """Solve each load case at one position.
+
+    Returns the answers, and the signal that ended the solves.
 
     A load case that is not known to carry its dead load is the last that is solved. The signal is None unless
     the user or the time limit ended the solves. A solve that ended without an answer is then left out.
@@ -207,7 +209,7 @@ def _solve_first_positions(
             return firsts, _limit_of(session)
         except KeyboardInterrupt as caught:
             return firsts, caught
-        # A Coulomb method has no associative load factors at this stage.
+        # A Coulomb method also needs associative load factors, but none is computed at this stage.
         bounds = None if session.method.associative else search.PassageTrials(passage, None)
         trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
         stop = _stop_of(session, result)
@@ -219,7 +221,7 @@ def _solve_first_positions(
 
 
 def _carries_dead_load(result: Result) -> bool:
-    """Return True unless a scene is unstable under its dead load, or its stability is undecided."""
+    """Return False if a scene is unstable under its dead load, or if its stability is undecided."""
     undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
     return not undecided and result.status is not Status.UNSTABLE
 
@@ -231,7 +233,7 @@ def _limit_of(session: Session) -> TimeLimitReached:
 
 
 def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
-    """Return the signal of the user or of the session's time limit that ended a solve; None without one.
+    """Return the signal of the user or of the session's time limit that ended a solve, or None.
 
     A method may have a time limit of its own. This limit does not end a crossing.
     """
@@ -265,7 +267,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error about a time limit that ended a crossing. ``known`` states what is known by then."""
+    """Return the error for a crossing that the time limit ended. ``known`` states the results so far."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -302,8 +304,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # For an associative method the compiled program gives the method's own answer, unless joints
-                # crush or the user chose a solver.
+                # The compiled program has the same answers as an associative method, unless joints crush or
+                # the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)
@@ -326,7 +328,7 @@ def _cross(
 def _without_positions(
     session: Session, all_trials: list[search.PassageTrials], stop: KeyboardInterrupt
 ) -> KeyboardInterrupt | TimeLimitError:
-    """Return the error about a crossing that ended before its method solved any position.
+    """Return the error for a crossing that ended before its method solved any position.
 
     The message states the least associative load factor, if a Coulomb method has computed any so far.
     """
@@ -336,14 +338,14 @@ def _without_positions(
     if math.isfinite(least):
         positions = counted(sum(len(trials.answers) for trials in bounds), "position")
         value = numeral(least, ".6f")
-        known = f"{known}; least associative load factor at {positions}: {value}, an upper bound of λ"
+        known = f"{known}; λ is at most {value}, the least associative load factor at {positions}"
     if isinstance(stop, TimeLimitReached):
         return _time_is_over(all_trials[0].passage.assembly.scene, stop, known)
     return KeyboardInterrupt(known)
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and an empty string, or None and the reason for no result.
+    """Return the result of the default method and "", or None and the reason for the missing result.
 
     The time limit of the crossing applies to this solve too.
     """
@@ -354,7 +356,7 @@ def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
     if result.status is not Status.TIME_LIMIT:
         return result, ""
     seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
-    return None, f"the time limit of {seconds:g} s ended its solve"
+    return None, f"the time limit of {seconds:g} s ended the solve"
 
 
 def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
@@ -388,14 +390,17 @@ def _passages(
     crossed = [case_scene for case_scene in scenes if case_scene.factor_of_axles]
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
-        raise CaseError(f"{scene.origin}: load case {named}: set 'live = {{ axles = 1 }}' in one of them")
+        raise CaseError(
+            f"{scene.origin}: load case {named}: set 'live = {{ axles = 1 }}' in one of these load cases"
+        )
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
     ways = []
     for group in groups:
         line = _line(scene, group)
-        # Supports settle under the dead loads of each load case, so the displaced roads differ.
+        # If supports settle, each load case has its own displaced road, because the settlement depends on its
+        # dead loads.
         if first.at_rest is None:
             roads = [_road(first, group, line)] * len(assemblies)
         else:
@@ -407,14 +412,17 @@ def _passages(
 
 
 def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
-    """Return the road of a group of axles over the blocks of an assembly, given its points as drawn."""
+    """Return the road of a group of axles over the blocks of an assembly.
+
+    ``line`` has the points of the road as drawn.
+    """
     at_rest = None if assembly.at_rest is None else assembly.at_rest.geometry
     name = f"the road of axles '{group.name}'"
     return Road(assembly.scene, assembly.geometry, line, name, at_rest)
 
 
 def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
-    """Return the groups of axles that move over the road. Raises CaseError if there are none."""
+    """Return the groups of axles that move over the road. Raises CaseError if no group exists."""
     if isinstance(axles, str):
         named = [group for group in scene.axles if group.name == axles]
         if not named:
@@ -424,7 +432,9 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
         return named
     groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
     if not groups:
-        raise CaseError(f"{scene.origin}: has no axles: add [[axles]], or in Python axles=mo.Axles(...)")
+        raise CaseError(
+            f"{scene.origin}: the scene has no axles: add [[axles]], or in Python axles=mo.Axles(...)"
+        )
     if not all(isinstance(group, Axles) for group in groups):
         raise OptionError(
             "axles must be an Axles, a list of Axles, or the name of a group of axles of the scene"

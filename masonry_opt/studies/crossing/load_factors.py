@@ -84,7 +84,7 @@ class CrossingLoadFactors:
 
     @property
     def capacity(self) -> list[float]:
-        """Load of each axle at collapse: λ times ``axle_loads``. The list is empty without a load factor."""
+        """Load of each axle at collapse: λ times ``axle_loads``; empty if no position has a load factor."""
         load_factor = self.load_factor
         return [] if load_factor is None else [load_factor * load for load in self.axle_loads]
 
@@ -103,13 +103,16 @@ class CrossingLoadFactors:
 
     @property
     def place(self) -> dict[str, Any]:
-        """Worst position: ``load_case``, ``axles``, ``direction``, ``position`` and ``at`` by name."""
+        """Worst position, as a dict.
+
+        The keys are ``load_case``, ``axles``, ``direction``, ``position`` and ``at``.
+        """
         names = ("axles", "direction", "position", "at")
         return {"load_case": self.worst.load_case} | {name: getattr(self, name) for name in names}
 
     @property
     def resolution(self) -> float | None:
-        """Larger of the distances from the worst position to the next solved positions on both sides."""
+        """Distance from the worst position to the farther of its two solved neighbours."""
         return self.least.resolution if self.least else None
 
     @property
@@ -126,8 +129,8 @@ class CrossingLoadFactors:
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # The final λ of the worst position may be less than the bound by a rounding error. The smaller of the
-        # two values is then returned.
+        # If λ at the worst position is less than the bound by a rounding error only, λ is returned as the
+        # bound.
         return least if same(bound, least) else None
 
     @property
@@ -180,7 +183,10 @@ class CrossingLoadFactors:
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """Least load factor of each load case with axles, by its name; None without a load factor."""
+        """Least load factor of each load case with axles, by its name.
+
+        It is None if no position has a load factor.
+        """
         known = self.table.dropna(subset="load_factor")
         least = known.groupby("load_case")["load_factor"].min().to_dict() if self._case else {}
         return {name: least.get(name) for name in self.cases}

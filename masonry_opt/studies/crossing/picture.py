@@ -21,7 +21,7 @@ from masonry_opt.studies.crossing.search import Passage
 
 _CHART_HEIGHT = 0.42  #: Height of the chart relative to the width of the picture.
 _CHART_GAP = 0.1  #: Distance between the chart and the mechanism, relative to the width of the picture.
-_LARGEST_SHOWN = 4.0  #: Upper end of the chart's axis of λ, as a multiple of the least λ.
+_LARGEST_SHOWN = 4.0  #: Largest λ that the chart shows, as a multiple of the least λ.
 _AXLE_ARROW_LENGTH = 0.05  #: Length of the arrow of the heaviest axle, relative to the length of the bridge.
 _STRIP_HEIGHT_SHARE = 0.35  #: Height of a uniform load in the picture, relative to the longest arrow.
 
@@ -30,7 +30,7 @@ def crossing_picture(answer: CrossingLoadFactors) -> Picture:
     """Return the picture of a crossing; see :meth:`~.answer.Crossing.plot`."""
     least, worst = answer.least, answer.worst
     if least is None:
-        raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, so there is nothing to draw")
+        raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, so there is no picture")
     passage, heading = least.passage, str(worst.status)
     handles: list[Handle] = []
     with style():

@@ -31,18 +31,19 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answer under a live load, (3b,).
-#: Distance at which loads are evaluated on both sides of a position where they may jump, relative to the
-#: length of the road.
+#: Function that returns the answer under a live load of shape (3b,).
+SolveLive = Callable[[np.ndarray], Solution]
+#: Distance from a position at which loads may jump. The loads are evaluated at this distance on both sides.
+#: It is relative to the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Size below which loads count as rounding errors, relative to the largest entry of the live load.
+#: Loads below this size count as rounding errors. It is relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
 #: Length below which a range of positions is not halved, relative to the length of all ranges.
 _SHORTEST_RANGE = 1e-4
 #: Number of positions that a Coulomb method solves first. With more positions fewer minima are missed.
 _FIRST_POSITIONS = 25
-#: Estimates of λ between two solved positions use a ratio λ / λ_associative that is reduced by half of the
-#: difference of their ratios, and by this safety margin. With a larger margin more positions are solved.
+#: Relative margin by which estimates of λ between two solved positions are reduced. With a larger margin more
+#: positions are solved.
 _RATIO_MARGIN = 0.005
 #: Largest number of halvings of the ranges next to the least load factor.
 _MOST_HALVINGS = 10
@@ -52,7 +53,10 @@ _PROGRESS_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Passage:
-    """Group of axles that crosses a road in one direction; its position is that of the first axle."""
+    """Passage of a group of axles over a road in one direction.
+
+    The position of the group is the abscissa of its first axle.
+    """
 
     axles: Axles
     direction: TravelDirection
@@ -122,7 +126,7 @@ class Passage:
         forces = self._on_blocks(position)
         for block in np.flatnonzero(forces[:, 1]):
             _, down, moment = forces[block]
-            # The load acts on its vertical line of action, at the top of the block.
+            # The load is applied at the top of the block, on the vertical line of action of the axle forces.
             x = shapes.centroid[block, 0] + moment / down
             _, low, _, high = shapes.polygons[block].bounds
             line = shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
@@ -135,7 +139,7 @@ class Passage:
         return scene.replace(**fields).read_from(scene.origin).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
-        """Return ranges of positions, from left to right, within which loads on blocks are continuous.
+        """Return ranges of positions, from left to right, within which the loads on blocks do not jump.
 
         The ranges are at most ``longest`` long. In each of them an axle loads a block that can move.
         """
@@ -191,8 +195,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
-            # The scene is stable, so λ = 0 is feasible. A program without a solution must therefore be
-            # unbounded.
+            # The scene is stable, so λ = 0 is feasible. A program without an optimum is therefore unbounded.
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
 
@@ -220,7 +223,9 @@ class PassageTrials:
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position; the first call solves it. See ``load_factor`` for infinite and NaN.
+        """Return λ at a position, which is solved at the first call.
+
+        See ``load_factor`` for infinite and NaN values.
 
         Raises TimeLimitReached at the time limit, and KeyboardInterrupt if the user interrupted the search
         for a lower state at this position. An answer that is known by then is recorded.
@@ -264,7 +269,7 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """Larger of the distances from the worst position to the next solved positions on both sides.
+        """Distance from the worst position to the farther of its two solved neighbours.
 
         A position just across a jump of the loads is ignored, because it nearly coincides with the worst
         position.
@@ -338,14 +343,14 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions; NaN if a required load has no answer.
+    """Return an upper bound of 1/λ between two positions; NaN if an answer for this bound is missing.
 
     The bound is explained in :func:`least_associative`.
     """
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
     mean = (first + last) / 2
-    corner = 2 * middle - mean  # intersection of the tangents, if the loads follow a parabola
+    corner = 2 * middle - mean  # intersection of the tangents at both ends, if the loads follow a parabola
     deviation = quarter - (9 * first + 6 * corner + last) / 16
     rounding = _LOAD_TOLERANCE * np.abs(middle).max()
     load_factors = [solved.at(start), solved.at(end)]
@@ -363,7 +368,7 @@ def _inverse(load_factor: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Search for the least load factor of a method without lower bounds between positions.
+    """Search for the position with the least load factor, by a method that proves no lower bound.
 
     The associative load factors of the passage must be known; they are upper bounds. The search does not
     prove that its answer is the least:
@@ -420,7 +425,7 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Solve midway between the worst position and its neighbours until λ hardly decreases."""
+    """Solve positions halfway from the worst position to its neighbours until λ hardly decreases."""
     for _ in range(_MOST_HALVINGS):
         load_factors = {x: solved.at(x) for x in solved.answers}
         decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}

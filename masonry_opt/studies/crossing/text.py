@@ -60,7 +60,7 @@ def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[str, str]) -> dict[str, str]:
-    """Return the printed lines on the worst position, which belongs to a passage.
+    """Return the printed lines on the worst position of a passage.
 
     ``required`` is the line on the required load factor, if there is one.
     """
@@ -77,12 +77,14 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
     if group.width:
         share = f"{passage.across:.4g}"
-        lines["width"] = f"the scene carries {share} of each load, for an effective width of {group.width:g}"
+        lines["width"] = (
+            f"the scene carries {share} of each load: its thickness over the effective width {group.width:g}"
+        )
     positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
     between = "" if answer.bound is not None else "; λ may be less between positions"
     lines["solved"] = f"at {positions}, with a spacing of {spacing} at the worst position{between}"
     if passage.assembly.problem.live.any():
-        lines["beside them"] = "other live loads of the scene, which λ also multiplies"
+        lines["beside them"] = "λ also multiplies the other live loads of the scene"
     return lines
 
 
@@ -121,7 +123,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return a text on λ of the default method at the worst position; an empty text if it is not known.
+    """Return a text on λ by the default method at the worst position; an empty text without this method.
 
     The load factor is compared with the associative load factor by the same law of crushing. If the default
     method uses chords inside the parabola, its load factor may be less than the answer for this reason too.
@@ -135,17 +137,17 @@ def _first_look(answer: CrossingLoadFactors) -> str:
         associative = default.associative
         law = " by the same law"
     if default.load_factor is None or associative is None:
-        return f"{subject} there: {default.status}"
-    at = f"λ = {numeral(default.load_factor, '.6f')} there"
+        return f"{subject} at the worst position: {default.status}"
+    at = f"λ = {numeral(default.load_factor, '.6f')} at the worst position"
     if default.time_limit_reached:
-        at += ", when the time limit ended its search"
+        at += ", when the time limit ended the search"
     difference = _difference(default.load_factor, associative, law)
     chords = _less_by_chords(answer, default) if law else ""
     return f"{subject} {at}{chords}: {difference}; λ may be less at other positions"
 
 
 def _difference(load_factor: float, associative: float, law: str = "") -> str:
-    """Return a text on the difference of a Coulomb load factor from an associative one, and its reason.
+    """Return a text on how much a Coulomb load factor is below the associative load factor, and why.
 
     ``law`` is a text that names the common law of crushing, such as " by the same law".
     """
@@ -157,10 +159,10 @@ def _difference(load_factor: float, associative: float, law: str = "") -> str:
 
 
 def _less_by_chords(answer: CrossingLoadFactors, default: Result) -> str:
-    """Return a text on the difference of the associative load factors by chords and by the parabola."""
+    """Return a text on how much the associative load factor by chords is below that by the parabola."""
     by_chords, by_parabola = default.associative, answer.load_factor
     law = f", with crushing by {default.crushing}"
     if by_chords is None or by_parabola is None or by_parabola <= 0:
         return law
     share = 1 - by_chords / by_parabola
-    return f"{law}, which are inside the {answer.worst.crushing} and lower λ by {share:.2%}"
+    return f"{law} (chords inside the {answer.worst.crushing} lower λ by {share:.2%})"

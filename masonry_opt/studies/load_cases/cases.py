@@ -75,7 +75,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the values of further columns of the table; empty for load cases."""
+        """Return the additional table columns of a subclass; an empty dict for load cases."""
         return {}
 
     @property
@@ -230,7 +230,7 @@ class Directions(Cases):
         return dict(zip(_ACTIVATION_COLUMNS, values, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the table, with messages, as plain numbers and strings, and with None for NaN."""
+        """Return the table and the messages as plain numbers and strings, with None instead of NaN."""
         result, drawn = super().as_dict(), self.to_draw
         messages = [load_case["message"] for load_case in result.pop("load_cases")]
         rows = records(self.table.assign(message=messages))
@@ -316,9 +316,12 @@ def solve_cases(
     """
     base = as_scene(scene)
     if not base.load_cases:
-        raise OptionError(f"{base.origin}: has no load cases: use 'solve', or add a table [[load_case]]")
+        raise OptionError(
+            f"{base.origin}: the scene has no load cases: use 'solve', or add a table [[load_case]]"
+        )
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, solving the first load case raises an error with advice.
+    # If axles move in all load cases, the load cases are solved nevertheless: the first solve raises an error
+    # with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
     results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)
@@ -385,7 +388,7 @@ def directions(  # noqa: PLR0913 - options of the public API are keywords
     base = as_scene(scene, load_case)
     base.refuse_without_case()
     if base.tilt:
-        raise OptionError(f"{base.origin}: the tilted ground is the live load: remove 'tilt'")
+        raise OptionError(f"{base.origin}: earthquakes need level ground: remove 'tilt'")
     own = base.shaken_by or Earthquake(direction=0.0)
     ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
@@ -401,7 +404,7 @@ def directions(  # noqa: PLR0913 - options of the public API are keywords
     for ratio, push in itertools.product(ratios, pushes):
         quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         scenes[str(quake)] = base.shaken(quake)
-    # The supports settle under the dead load, which is that of all earthquakes.
+    # The supports settle under the dead load, which is equal for all earthquakes.
     state = settled_scene(next(iter(scenes.values())), settled).settled
     scenes = {name: shaken.settled_as(state) for name, shaken in scenes.items()}
     return Directions(solve_all(scenes, method, progress, phases, function=directions, **options))

@@ -28,7 +28,7 @@ from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 
-#: Colour and mark of each kind of mechanism. The colours are those of joints in pictures of results.
+#: Colour and mark of each kind of mechanism. Pictures of results use these colours for joints.
 _LOOKS = {
     "sliding": (SLIDING_COLOUR, "square"),
     "hinging": (HINGING_COLOUR, "circle"),
@@ -40,8 +40,8 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_DRAWN_LINES = 7  #: Largest number of values of the second number for which λ is drawn as lines.
-_MOST_WRITTEN_VALUES = 6  #: Largest number of values beyond the axis of which all are written.
+_MOST_DRAWN_LINES = 7  #: Lines of λ are drawn only if the second number has at most this many values.
+_MOST_WRITTEN_VALUES = 6  #: If at most this many values are beyond the axis, all are written.
 #: Axis titles that contain a symbol, by the name of the number on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
@@ -50,15 +50,15 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: Ratio of a load factor to the next smaller one, from which the larger one is beyond the axis. It is then
-#: drawn in the strip at the top of the chart.
+#: A load factor is beyond the axis if its ratio to the next smaller load factor is at least this value. It is
+#: then drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
-#: Largest fraction of load factors that may be beyond the axis. If there are three or more load factors, one
-#: of them may be beyond the axis in any case.
+#: Largest fraction of load factors that may be beyond the axis. Among three or more load factors, one may
+#: always be beyond the axis.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
-#: Height in pixels of the two strips of a chart: at the top for values beyond the axis, at the bottom for
-#: runs without a load factor.
+#: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom
+#: strip for runs without a load factor.
 _STRIP_HEIGHT = 24
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart, beginning with the strongest.
 #: Names of the load factors of a sample, with the prefix of their columns.
@@ -70,7 +70,7 @@ _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
-    """Return the charts of a sweep over the values of some numbers of the scene.
+    """Return the charts of λ against the numbers of a sweep.
 
     For one or two numbers there is a chart of λ against the first number, and for two numbers also a heat
     map. For more numbers there is a chart of λ against each number.
@@ -119,7 +119,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     scale = alt.Scale(
         domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
     )
-    # The format is set because Vega rounds labels to the digits of its own ticks by default: 0.32 and 0.28
+    # This format avoids Vega's default, which rounds labels to the digits of its own ticks: 0.32 and 0.28
     # would both be written as 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
@@ -145,7 +145,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # Labels of many neighbouring values would overlap. If there are too many, only the greatest is written.
+    # If many values are off the axis, their labels would overlap, so only the greatest value is written.
     written = marks[off] if off.sum() <= _MOST_WRITTEN_VALUES else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_STRIP_HEIGHT)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
@@ -172,7 +172,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     known = alt.Chart(cells.dropna(subset=["λ"])).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
     notes = [_RING] if least.any() else []
-    notes += ["values far above the others have the last colour of the scale"] if off.any() else []
+    notes += ["load factors far above all others have the last colour of the scale"] if off.any() else []
     notes += ["grey: no load factor"] if missing else []
     coloured = known.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (grey + coloured + ring.encode(x, y)).properties(height=300)
@@ -182,18 +182,18 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a list with a note that names the load factors; the list is empty without load factors."""
+    """Return a list with one note that names the load factors, or an empty list without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a list with a note that axles cross the scene; the list is empty if there are no axles."""
+    """Return a list with the note that axles cross the scene, or an empty list for other scenes."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return True for load factors that are too far above the others for the axis, shape (n,)."""
+    """Return True for each load factor that is too large for the axis of the chart, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
@@ -209,7 +209,7 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the statistics of both kinds of load factors in one table; column ``of`` names the kind.
+    """Return the statistics of both load factors in one table, whose column ``of`` names the load factor.
 
     The rows of the incremental load factor are omitted if it is unknown, or if it equals the lowest load
     factor in all rows.
@@ -274,5 +274,5 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
-    notes = f"all intervals of a load factor are valid with {sure}; hollow: the correlation may be zero"
+    notes = f"all intervals of a load factor are valid with {sure}; hollow marks: the correlation may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

@@ -21,11 +21,11 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
-#: Largest number of dimensions in which Sobol points are used; with more dimensions points are independent.
-#: With 128 Sobol points in 83 dimensions, some pairs of coordinates have a correlation of 0.8; with
-#: independent points the correlation is at most 0.3.
+#: Sobol points are used in at most this many dimensions, and independent points in more dimensions. In 83
+#: dimensions, some pairs of coordinates of 128 Sobol points have a correlation of 0.8. The correlations of
+#: independent points are at most 0.3.
 _MOST_SOBOL_DIMENSIONS = 10
-#: Least distance of probabilities from 0 and 1, because quantiles of 0 and 1 may be infinite.
+#: Probabilities are at least this far from 0 and from 1, because quantiles of 0 and 1 may be infinite.
 _LEAST_PROBABILITY = 2.0**-32
 #: Largest difference in height between successive joints of one course, relative to the median joint length.
 _COURSE_TOLERANCE = 1e-3
@@ -33,7 +33,7 @@ _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties t
 _DISTRIBUTION_FORMS = (
     "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
     "frozen distribution of scipy.stats. A deviation is a positive number, or a share of the mean such as "
-    "'15%'. For 'lognormal' mean and deviation are those of the number itself, and the mean is positive"
+    "'15%'. For 'lognormal' the mean must be positive; mean and deviation are not those of the logarithm"
 )
 
 
@@ -102,7 +102,7 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
 
 
 def _read(text: str) -> float | str:
-    """Convert a text to a number if possible; otherwise return the text unchanged."""
+    """Convert a text to a number. A text that is not a number is returned unchanged."""
     try:
         return float(text)
     except ValueError:
@@ -161,7 +161,7 @@ class Draws:
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}
         by_group = [name for name in self._laws if by != "scene" and is_of_joints(name)]
         if by != "scene" and not by_group:
-            raise OptionError(f"by='{by}': needs an uncertain property of joints, such as 'joints.friction'")
+            raise OptionError(f"by='{by}' needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
         self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
         self.texts: dict[str, str] = {}  #: maps the name of each uncertain number to its distribution as text
@@ -178,14 +178,14 @@ class Draws:
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
-            raise OptionError(f"'{name}' cannot differ by {self._by}: only {known} can")
+            raise OptionError(f"'{name}' cannot have one value per {self._by}: choose from {known}")
         exceptions = self._parameters.scene.exceptions
         own_values = {frozenset(joint.between) for joint in exceptions if getattr(joint, key) is not None}
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
             raise OptionError(
                 f"'{name}': every joint has its own value in the scene, so no value is random: remove "
-                "the own values of joints"
+                "the values of single joints"
             )
 
         def group_name(pair: tuple[str, str]) -> str:
@@ -213,15 +213,15 @@ class Draws:
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
-        """Raise OptionError if the scene does not accept a value that a distribution gives."""
+        """Raise OptionError if the scene does not accept a value of a distribution."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
             raise OptionError(
-                f"'{name}': {law.text} gives {value:g}{how}, which the scene does not accept: {error}; use a "
-                "distribution without these values, such as a lognormal or a truncated distribution "
-                "(scipy.stats.truncnorm)"
+                f"'{name}': the scene does not accept {value:g}{how}, a value of {law.text}: {error}; use a "
+                "lognormal distribution, a truncated distribution (scipy.stats.truncnorm), or another "
+                "distribution without these values"
             ) from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
@@ -253,13 +253,13 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
     if dimensions > _MOST_SOBOL_DIMENSIONS:
         unit_points = rng.random((count, dimensions))
     else:
-        # Sobol sequences need a number of points that is a power of two. The next power of two is generated.
+        # The number of Sobol points must be a power of two, so the next power of two is generated.
         unit_points = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
     return np.clip(unit_points, _LEAST_PROBABILITY, 1 - _LEAST_PROBABILITY)
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:
-    """Return the course number of each joint by its pair of blocks; course 1 is the lowest."""
+    """Return the course number of each joint, by its pair of blocks. The lowest course has the number 1."""
     assembly = assemble(scene)
     joints = assembly.joints
     height = pd.Series(joints.middle @ -scene.down).sort_values(kind="stable")

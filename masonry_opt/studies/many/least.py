@@ -68,7 +68,7 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Name of the load factor in ``number``; "associative" if the method found no load factor."""
+        """Name of the load factor ``number``; "associative" if the method found no load factor."""
         return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
@@ -111,7 +111,7 @@ class Threshold(StudyAnswer):
 
     @property
     def history(self) -> pd.DataFrame:
-        """Table of all trials: columns ``value``, ``holds``, ``number``, then those of ``mo.sweep``.
+        """Table of all trials: columns ``value``, ``holds`` and ``number``, and the columns of ``mo.sweep``.
 
         If axles move over the scene, the table has the columns of their worst position too.
         """
@@ -126,7 +126,7 @@ class Threshold(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Columns of the table of trials that a notebook shows."""
+        """Table that a notebook shows: a selection of columns of the table of trials."""
         return self.history[[*_TRIAL_COLUMNS]]
 
     @property
@@ -161,13 +161,13 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends, and a warning if the scene holds beyond the threshold too."""
+        """Warnings of the results at both ends, and of a scene that also holds beyond the threshold."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = f"the scene also holds {side} this value, at {values}: search that range separately"
+        sentence = f"the scene also holds {side} the threshold, at {values}: search that range separately"
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 
@@ -195,7 +195,7 @@ class Threshold(StudyAnswer):
         return f"at {value}: {self._measure} {number}{residual}{place}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer without results as plain values, with None for numbers that are not finite."""
+        """Return the answer as plain values without results. Numbers that are not finite become None."""
         names = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         result = {"kind": self._kind} | {name: getattr(self, name) for name in names}
         result["warnings"] = self.warning_records
@@ -209,7 +209,7 @@ class Threshold(StudyAnswer):
 
 
 def _distinguishing_format(number: float, others: Sequence[float], least: int) -> str:
-    """Return the format with the fewest significant digits that distinguishes a number from others.
+    """Return the format with the fewest significant digits that distinguishes a number from other numbers.
 
     The number of digits is at least ``least``, and at most 17.
     """
@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: The tolerance is relative to the threshold, but at least to this fraction of the range.
+#: The tolerance is relative to the threshold, or to this fraction of the range if the fraction is larger.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -314,10 +314,10 @@ class _Search:
         self, is_least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
     ) -> None:
         if load is None and (options or method != DEFAULT):
-            # Check the arguments first, so that an error about a misspelt argument suggests the right one.
+            # Check the arguments first, so that an error about a misspelt argument suggests the correct name.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: needs 'load', such as load=1; dead load alone needs no method")
+            raise OptionError(f"{named}: add 'load', such as load=1, because dead load alone needs no method")
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             raise OptionError(
@@ -341,7 +341,7 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # Sort the trials so that the first is at the end of the range at which the scene should hold.
+        # Sort the trials by value, beginning at the end of the range at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             raise OptionError(self._no_threshold())
@@ -406,7 +406,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trial at the end that holds, then the other trial.
+        """Narrow an interval by Brent's method; return the trials at which the scene holds and fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
@@ -414,11 +414,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return a trial's number minus the required number, limited to finite values other than zero."""
+            """Return a trial's number minus the required number, as a finite value that is not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. It would stop at a value of exactly zero, and only one end
-            # of the interval would then be known.
+            # Brent's method needs finite values. At a value of zero it would stop, and only one end of the
+            # interval would be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
@@ -456,12 +456,12 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose a range that ends there"
+            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: end the range at one of these"
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
-        """Return advice on another search, which may find a threshold, if all trials have the same outcome.
+        """Return advice on how to find a threshold if all trials have the same outcome.
 
         ``low`` and ``high`` are the trials at the ends of the range.
         """
@@ -475,7 +475,7 @@ class _Search:
             remedies.append(end)
         if self.load is None and _has_live_load(as_scene(self.make(low.value))):
             remedies.append(
-                "give the load factor to be carried, 'load' (--load): without it live loads do not act"
+                "set 'load' (--load) to the load factor to be carried: without 'load', live loads are ignored"
             )
         return [*remedies, "try more intermediate values ('samples')"]
 

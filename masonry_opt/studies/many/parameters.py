@@ -19,7 +19,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 _Path = tuple[str | int, ...]  #: Path to a number through nested records, as field names and list indices.
-#: Tables whose entries are always named; entries of other tables are named if there are several.
+#: Tables whose entries are always part of the names of numbers, as in block.A.weight. In other tables,
+#: entries are part of the names only if there are several entries.
 _ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 #: Keys of points, forces and moments, whose components are named x, y and z.
@@ -27,7 +28,7 @@ _POINTS = {
     *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
     *("live", "live_at", "live_per_weight", "live_moment"),
 }
-#: Keys of a scene that cannot be varied, because answers do not depend on them continuously or at all.
+#: Keys of a scene that cannot be varied, because answers do not depend on them or depend on them in jumps.
 _LEFT_OUT = ("tolerance", "reference")
 _LISTED = 12  #: Largest number of names that a message lists.
 
@@ -114,7 +115,7 @@ class Parameters:
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists the first names with given prefixes, or else the first of all names."""
+        """Return a text that lists the first names with one of the prefixes, or the first of all names."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"
@@ -128,7 +129,7 @@ def is_of_joints(name: str) -> bool:
 def _numbers(
     record: Record, prefix: str = "", path: _Path = (), in_full: bool = False
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the names of all numbers in a record and its sub-records, with their paths.
+    """Yield the name and the path of each number in a record and its sub-records.
 
     With ``in_full``, names contain the name of the table's entry even if the table has only one entry.
     """
@@ -154,7 +155,7 @@ def _numbers(
 def _numbers_of_entries(
     entries: list[Record], key: str, prefix: str, path: _Path, in_full: bool
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the names of all numbers in the entries of a table, with their paths.
+    """Yield the name and the path of each number in the entries of a table.
 
     Entries with equal names, such as two ties of one name, are called by their numbers instead.
     """
@@ -186,7 +187,7 @@ def _takes_number(annotation: Any) -> bool:
 
 
 def _changed(holder: Any, path: _Path, value: float) -> Any:
-    """Return a validated copy of a record, table, list or pair with a new number at a path."""
+    """Return a copy of a record, table, list or pair with a new number at a path, and validate the copy."""
     if not path:
         # A number that is an integer in the scene stays an integer.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)

@@ -16,8 +16,8 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Last parts of the names of numbers that limit forces, such as ``joints.friction``. A state that does not
-#: reach a limit is also a state of a scene with a larger limit.
+#: Last parts of the names of numbers that limit forces, such as ``joints.friction``. A state whose forces
+#: stay below a limit is also a state of each scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 _MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are counted.
 
@@ -60,7 +60,7 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest load factor.
+    """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest λ found.
 
     Two runs are compared if they differ by one step of this number and all other varied numbers are equal.
     The warning states the largest decrease. Its advice depends on the method of the runs.
@@ -87,15 +87,15 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return a text with the values of ``other`` that differ from ``run``, as in "tie.strength = 40"."""
+    """Return a text with the values of the run ``other`` that differ from ``run``: "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
 def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
-    """Return a warning about the largest decrease of λ as a number increases; None without a decrease."""
-    # If the time limit ended a crossing, λ is only an upper bound, so the run is left out.
+    """Return a warning about the largest decrease of λ as a number increases; None if λ does not decrease."""
+    # If the time limit ended a crossing, its λ may be too large, so the run is ignored.
     known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
     known = known.sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
@@ -128,7 +128,7 @@ def _largest_fall(
 
 
 def _named(point: Point) -> str:
-    """Return a text with the first values of a run, and with the number of its further values."""
+    """Return a text with the first values of a run, and the count of its remaining values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
     more = (
         f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"

@@ -46,7 +46,7 @@ _LEAST_AXIS = 0.02
 #: Function that is called with the numbers of finished runs and of all runs.
 RunProgress = Callable[[int, int], None]
 _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
-#: Advice in the error message that the table of runs in a folder would be replaced.
+#: Advice in the error message about a table of runs that would be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 _LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; several charts are numbered.
@@ -107,7 +107,7 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene with pickled settings, or move axles over it; return its table row by column name.
+    """Solve a scene with pickled settings, or move axles over it. Returns a table row by column name.
 
     Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
     :mod:`.shared_states` and :mod:`.run_warnings` read.
@@ -118,7 +118,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
-    # A state under axles is not shared with other runs, because in another run another position may govern.
+    # A state of a crossing is not shared with other runs, because another position may govern in another run.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
     return entries
@@ -181,8 +181,8 @@ def _rows_of_runs(
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # If the numbers of one scene vary, the values identify a run. The scenes of recorded runs are
-                # then not made.
+                # If the numbers of one scene vary, the values identify a run, so the scenes of recorded runs
+                # need not be made.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None
@@ -216,10 +216,10 @@ def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, 
 
 
 def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
-    """Return the error that no run was solved, with the most frequent reason."""
+    """Return the error for a study in which no run was solved, with the most frequent reason."""
     ends = Counter(zip(frame["status"], frame["message"], strict=True))
     (((how, why), count),) = ends.most_common(1)
-    return NoRunSolvedError(f"no run was solved: {count} of {len(frame)} {how}: {why}")
+    return NoRunSolvedError(f"no run was solved: status '{how}' in {count} of {len(frame)} runs: {why}")
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
@@ -227,7 +227,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
-    entries["message"] = f"the state is that of the run at {found_at}, and is certified for this run"
+    entries["message"] = f"the state was found in the run at {found_at}, and is certified for this run"
     certificate = shared.answer.certificate.as_dict()
     return entries | certificate | mechanism(shared.assembly, solution)
 
@@ -246,8 +246,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # An existing journal is opened first, because this raises an error if the journal has runs of another
-    # study. A new journal is created last, after all other checks.
+    # An existing journal is opened first, which raises an error if it has runs of another study. A new
+    # journal is created last, after all other checks.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
@@ -284,7 +284,7 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """Return the row of a run: its values, then RUN_COLUMNS; if it did not finish, with the reason."""
+    """Return the row of a run: its values, then RUN_COLUMNS. An unfinished run has a reason."""
     unfinished = {"status": end.how, "reason": end.how, "message": end.reason}
     entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
@@ -312,7 +312,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Return True for runs whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
+    """Return True for each run whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)

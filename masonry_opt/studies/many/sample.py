@@ -41,13 +41,13 @@ if TYPE_CHECKING:
 
     from masonry_opt.studies.charts import NamedChart
 
-RUNS = 128  #: Default number of runs; Sobol points are most uniform for powers of two.
+RUNS = 128  #: Default number of runs: a power of two, for which Sobol points are most uniform.
 CONFIDENCE = 0.95  #: Default confidence of intervals.
 CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
 #: Names of the files of statistics, written in addition to the table of runs.
 _TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
-#: Largest correlation for which Fisher's transform is computed, because it is infinite for 1.
+#: Largest correlation for which Fisher's transform is computed, because the transform of 1 is infinite.
 _LARGEST_CORRELATION = 1 - 1e-15
 
 
@@ -117,7 +117,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors, in which runs without a load factor have ±inf or NaN."""
+        """Return a column of load factors. Runs without a load factor have the value −inf, inf or NaN."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         # If the time limit ended a crossing, λ is only an upper bound, so the run is undecided.
@@ -179,8 +179,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: the limits cover both cases, collapse and no collapse": self.undecided,
-            "without an incremental λ: its limits cover both cases, collapse and no collapse": missing.sum(),
+            "undecided: the limits allow for collapse and for no collapse": self.undecided,
+            "without an incremental λ: its limits allow for collapse and for no collapse": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -317,8 +317,8 @@ class Sample(StudyAnswer):
             if row["upper"] < 0 and is_limit(parameter):
                 sentence = (
                     f"the load factor falls as {parameter} grows (rank correlation "
-                    f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower λ were "
-                    f"missed at smaller values{search_advice(self._method, 'them')}"
+                    f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower load "
+                    f"factors were missed at smaller values{search_advice(self._method, 'them')}"
                 )
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
@@ -376,7 +376,7 @@ class Sample(StudyAnswer):
         lines = []
         for row in self.quantiles().to_dict("records"):
             value = _statistic_text(row, "value", ".5f")
-            lines.append(f"{row['probability']:<6.0%} of λ below {value}, with {CONFIDENCE:.0%} confidence")
+            lines.append(f"{row['probability']:<6.0%} of λ are below {value} ({CONFIDENCE:.0%} confidence)")
         for row in self.sensitivity().dropna(thresh=4).head(_PRINTED_CORRELATIONS).to_dict("records"):
             correlation = _statistic_text(row, "rank_correlation", "+.3f")
             lines.append(f"rank correlation with {row['parameter']} {correlation}")
@@ -411,7 +411,7 @@ def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
 
 
 def _value_text(value: float, spec: str) -> str:
-    """Return a load factor or a statistic of load factors as text; "none", "unknown" or "any load"."""
+    """Return a load factor or a statistic as text: a number, "none", "unknown" or "any load"."""
     if math.isfinite(value):
         return numeral(value, spec)
     if math.isnan(value):

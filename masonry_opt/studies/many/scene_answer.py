@@ -32,7 +32,7 @@ class SceneAnswer(NamedTuple):
         crossed = self.crossing
         if crossed is None:
             return entries
-        # A scene that is unstable under its dead load is not crossed.
+        # If the scene is unstable under its dead load, no axles were moved.
         moved = crossed.least is not None
         entries |= crossed.place | {"bound": crossed.bound}
         entries["positions"] = len(crossed.governing) if moved else 0
@@ -45,7 +45,7 @@ class SceneAnswer(NamedTuple):
 
     @property
     def stopped(self) -> str:
-        """Sentence that the time limit ended the crossing; an empty text if all positions were solved."""
+        """Sentence which says that the time limit ended the crossing; empty if all positions were solved."""
         if self.crossing is None or self.crossing.time_limit is None:
             return ""
         return (
@@ -101,7 +101,7 @@ def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
     if crossed.least is not None and crossed.undecided:
         count, first = crossed.undecided, crossed.undecided_at[0]["position"]
         place = f"first axle at {numeral(first, '.6g')}" + (" and elsewhere" if count > 1 else "")
-        sentence = f"no answer at {counted(count, 'position')} of the axles, where λ may be less: {place}"
+        sentence = f"λ may be less at {counted(count, 'position')} of the axles without an answer: {place}"
         yield study_warning(StudyCode.POSITIONS_UNDECIDED, sentence, count=count, positions=[first])
     if crossed.left_out:
         cases = some([*map(repr, crossed.left_out)])

@@ -113,13 +113,13 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Arrays of forces and slips of states, for a quick test that excludes states of other runs.
+    """Quick test that excludes most states of other runs before they are certified.
 
     A sample of 1000 runs has 500,000 pairs of a state and a run, and a certificate takes about a millisecond.
     The quick test checks necessary conditions of the certificate for all states at once.
     """
 
-    row: dict[int, int]  #: index of the array row of a state, by the number of the run
+    row: dict[int, int]  #: row of a state in the arrays below, by the index of the run that found the state
     n: np.ndarray  #: normal forces of the joints, shape (states, c)
     s: np.ndarray  #: sizes of the shear forces of the joints, shape (states, c)
     slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)

@@ -34,9 +34,9 @@ class DeadLoadMargin(NamedTuple):
     certificate.
     """
 
-    margin: float  #: margin in median block weights; negative if no equilibrium exists
+    margin: float  #: margin as a multiple of the median block weight; negative if no equilibrium exists
     certificate: Certificate | None  #: residuals of the margin
-    result: Result  #: forces or mechanism under dead load, without load factor
+    result: Result  #: forces or mechanism under dead load, without a load factor
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
@@ -82,8 +82,8 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # The usual limit of complementarity is relative to λ, which is the margin here and may be zero. The
-    # energy itself is limited instead.
+    # The usual limit of complementarity is relative to λ. Here λ is the margin, which may be zero, so the
+    # energy itself is limited.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)

@@ -168,10 +168,10 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
     except TypeError as error:
-        raise OptionError(f"the function of the scene takes other arguments: {error}") from None
+        raise OptionError(f"the function of the scene must accept the varied names: {error}") from None
 
     def make(values: Mapping[str, float]) -> Scene:
-        """Return the scene for values by name."""
+        """Return the scene for a dictionary of values."""
         scene = function(**values)
         if not isinstance(scene, Scene):
             raise OptionError(f"the function must return a Scene (found {type(scene).__name__})")

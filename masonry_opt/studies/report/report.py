@@ -80,23 +80,23 @@ class ReportPart:
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
     assembly: Assembly  #: assembly of the scene that the user gave
-    #: Maps the names of results to results that are printed in full.
+    #: Results that are printed in full, by name.
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
-    #: Maps the names of further results to the results.
+    #: Further results, by name.
     others: Mapping[str, Result] = field(default_factory=dict)
-    #: Maps the labels of facts about the answer to their texts.
+    #: Texts of facts about the answer, by the label of the fact.
     facts: Mapping[str, str] = field(default_factory=dict)
-    #: Maps the captions of pictures of the answer to the pictures.
+    #: Pictures of the answer, by caption.
     pictures: Mapping[str, Picture] = field(default_factory=dict)
-    #: Maps the headings of tables of the answer to the tables.
+    #: Tables of the answer, by heading.
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    #: sentences on what the answer leaves open, such as positions that were not solved
+    #: statements about open points, such as positions that were not solved
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed over finite displacements
-    pushed: bool = True  #: True if live loads act, so that results are load factors
+    pushed: bool = True  #: True if the results are load factors of live loads
     varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
 
 
@@ -206,7 +206,8 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    if least is None:  # the scene is unstable at the worst position; the axles are loads there
+    # The scene is unstable, so no axles were moved. In its result the axles are loads of blocks.
+    if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open
@@ -376,7 +377,7 @@ def _pictures(result: Result) -> dict[str, Picture]:
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """Return a picture of the scene without results, with a scale bar, or with axes in space."""
+    """Return a picture of the scene without results. It has a scale bar in the plane, and axes in space."""
     picture = scene_picture(assembly, names=len(assembly.scene.blocks) <= _MOST_NAMED_BLOCKS)
     if assembly.scene.dimension == 3:
         return picture
@@ -391,7 +392,7 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
 
 
 def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
-    """Return a heading with the number of rows; if only some rows are printed, with their number too."""
+    """Return a heading with the number of rows, such as "Ties (12)" or "Joints (150 of 900)"."""
     count = len(rows)
     return f"{heading} ({count if count <= _MOST_ROWS else f'{_MOST_ROWS} of {count}'})"
 

@@ -47,7 +47,7 @@ _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows
 
 @dataclass(frozen=True)
 class Bound:
-    """Least or greatest reaction of supports in the case's unit of force, with its results.
+    """Least or greatest reaction of supports, in the case's unit of force, and the results for it.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Bound:
 
     @property
     def answered_by(self) -> str | None:
-        """Kind of the result (a key of ``results``) whose reaction is ``reaction``; None without a reaction.
+        """Key in ``results`` of the result that determines ``reaction``; None if there is no reaction.
 
         It is the kind of the chosen method if this method finds an exact state on this side of the reaction
         at rest. Otherwise it is "incremental", for the incremental analysis.
@@ -90,7 +90,7 @@ class Bound:
 
     @property
     def incremental(self) -> float | None:
-        """Reaction at which equilibrium is lost when the supports move, beginning with the forces at rest.
+        """Reaction at which equilibrium is lost if the supports move out of their position at rest.
 
         The value is None for an associative method, or if no preload was found.
         """
@@ -144,21 +144,21 @@ class Bound:
 
     @property
     def _with_mechanism(self) -> Result:
-        """First result with a mechanism; without any, the result of the chosen method."""
+        """First result with a mechanism, or the result of the chosen method if no result has a mechanism."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
 
     @property
     def largest_movement(self) -> float:
-        """Movement of the supports up to which the openings of small motions are accurate."""
+        """Largest movement of the supports for which openings of small motions are accurate."""
         return largest_movement(self._with_mechanism)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The incremental reaction may be a peak of the load history. It then differs from the reaction of
-            # the final state, to which ``result.load_factor`` belongs.
+            # The incremental reaction may be a peak of the load history. The load factor of the result
+            # belongs to the final state, whose reaction may differ.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
@@ -189,9 +189,11 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state has a reaction that differs more from the reaction at rest"
+            return "no state has a reaction farther from the reaction at rest"
         if self.is_proven:
-            return f"{state_found(result)}; proven: no exact state has a reaction closer to that at rest"
+            return (
+                f"{state_found(result)}; proven: no exact state has a reaction closer to the reaction at rest"
+            )
         return (
             f"{state_found(result)}; this reaction is not proven to be the limit: other exact states may "
             f"have a reaction closer to the reaction at rest{search_remark(result, 'them')}"
@@ -243,17 +245,17 @@ class Settlement(StudyAnswer):
 
     @property
     def movement(self) -> float | None:
-        """Movement of the supports, in the unit of length, at which openings are reported; or None."""
+        """Movement of the supports at which openings are reported, in the unit of length; None if not set."""
         return self.least.movement if self.least else None
 
     @property
     def status(self) -> Status:
-        """Status STABLE if the scene is stable with a reaction; otherwise the status of ``fallen``."""
+        """Status STABLE if some reaction makes the scene stable; otherwise the status of ``fallen``."""
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
     def usable(self) -> bool:
-        """True if the scene is stable with a reaction, and both limits are known or proven not to exist."""
+        """True if some reaction makes the scene stable, and both limits are known or proven not to exist."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 
@@ -293,12 +295,12 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield warnings if a limit reaction may be closer to the reaction at rest, or on its other side."""
+        """Yield warnings about states whose reaction is closer to the reaction at rest, or beyond it."""
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             sentence = (
-                f"{name} reaction: the load history ends with {numeral(incremental, '.6g')}, closer to the "
-                f"reaction at rest than {numeral(reaction, '.6g')}: the scene may collapse there"
+                f"{name} reaction: the load history ends at {numeral(incremental, '.6g')}, closer to the "
+                f"reaction at rest than {numeral(reaction, '.6g')}, so the scene may collapse earlier"
             )
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
@@ -366,7 +368,7 @@ class Settlement(StudyAnswer):
         if end not in ("least", "greatest"):
             raise OptionError(f"unknown end '{end}': choose from least, greatest")
         if self.fallen:
-            return _drawn(self.fallen, "unstable with every reaction: collapse mechanism", names, view)
+            return _drawn(self.fallen, "collapse mechanism: unstable with every reaction", names, view)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
         kind = kind or self.ends[end].answered_by or next(iter(rows))
         if kind not in rows:
@@ -384,7 +386,7 @@ class Settlement(StudyAnswer):
         force: bool = False,
         view: ViewAngles | None = None,
     ) -> None:
-        """Write one picture (.png, .svg, .pdf), or a page (.html) with both ends.
+        """Write one picture (.png, .svg, .pdf), or a page (.html) with both reactions.
 
         See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
         at all. Raises OptionError if the name has another ending, if the file cannot be written or replaced

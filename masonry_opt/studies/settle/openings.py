@@ -40,14 +40,14 @@ def joint_openings(result: Result) -> pd.DataFrame:
 
 def movement_of_supports(result: Result) -> float:
     """Return the velocity with which the supports move in a mechanism."""
-    # The only live load is the push in the direction in which the supports move.
+    # The only live load pushes the supports, so its power divided by its size is their velocity.
     problem, d = result.assembly.problem, result.solution.d
     assert d is not None
     return float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())
 
 
 def largest_movement(result: Result) -> float:
-    """Return the movement of the supports up to which the openings of small motions are accurate."""
+    """Return the largest movement of the supports for which openings of small motions are accurate."""
     if result.solution.d is None or result.solution.load_factor is None:
         return np.inf
     problem = result.assembly.problem

@@ -96,8 +96,8 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     effort.begins("reaction at rest")
     rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # Without forces at rest the incremental analysis has no start, so it is switched off. The search for
-        # each reaction starts at the opposite reaction with associative flow, for which forces are known.
+        # Without forces at rest the incremental analysis cannot start, so it is switched off. The search for
+        # each reaction starts at the opposite associative reaction, for which forces are known.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
@@ -112,8 +112,8 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
             raise OptionError(
-                f"{scene.origin}: movement: blocks turn so far that openings of small motions are "
-                f"inaccurate: give at most {end.largest_movement:.3g} (found {movement:g})"
+                f"{scene.origin}: 'movement' turns blocks so far that openings of small motions are "
+                f"inaccurate: set at most {end.largest_movement:.3g} (found {movement:g})"
             )
         return end
 
@@ -130,13 +130,13 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
     is_number = isinstance(movement, int | float) and not isinstance(movement, bool)
     if not is_number or not 0 < movement < np.inf:
         raise OptionError(
-            f"{scene.origin}: movement: needs a length above zero, such as 0.02; 'direction' sets the "
+            f"{scene.origin}: 'movement' must be a length above zero, such as 0.02; 'direction' sets the "
             f"direction of the movement (found {movement!r})"
         )
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and the greatest associative reaction, divided by the live load, with joint forces.
+    """Return the least and the greatest associative reaction, relative to the live load, and joint forces.
 
     An unlimited reaction is replaced by a number that differs from the other reaction by 1.
     """
@@ -158,6 +158,6 @@ def _unit_of(scene: Scene, direction: Sequence[float]) -> np.ndarray:
     vector = coordinates(direction, scene.dimension)
     if vector is None or not vector.any():
         needed = f"{COORDINATES[scene.dimension]}, not all of them zero"
-        raise OptionError(f"{scene.origin}: direction: needs {needed} (found {direction!r})")
+        raise OptionError(f"{scene.origin}: 'direction' must be {needed} (found {direction!r})")
     vector = vector / np.abs(vector).max()
     return vector / np.linalg.norm(vector)
