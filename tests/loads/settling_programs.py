@@ -73,13 +73,13 @@ def exact_load_factors(problem: Problem, low: float, high: float) -> tuple[float
     conditions = [LinearConstraint(*each) for each in given]
     integrality = np.concatenate([np.zeros(1 + forces + rows + faces), np.ones(faces)])
     cost = np.eye(1, len(integrality))[0]
-    found = [
-        milp(sign * cost, constraints=conditions, bounds=bounds, integrality=integrality) for sign in (1, -1)
-    ]
-    if [each.status for each in found] == [2, 2]:
+    program = {"constraints": conditions, "bounds": bounds, "integrality": integrality}
+    least = milp(cost, **program)
+    if least.status == 2:  # no state exists, whichever end is asked for
         return None
-    assert all(each.status == 0 for each in found)
-    return found[0].fun, -found[1].fun
+    greatest = milp(-cost, **program)
+    assert (least.status, greatest.status) == (0, 0)
+    return least.fun, -greatest.fun
 
 
 def thrusts(

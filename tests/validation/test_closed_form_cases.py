@@ -116,9 +116,11 @@ KNOWN = {
     # The right block of .9 about the end of the base, .05 from its centre and .4 from its tip.
     "paterson_zwick/best_3": Known(1 / 8, 1 / 8),
 }
+#: The load history of the two leaves, whose blocks move without end at a constant load, takes seconds.
+LONG = {("closed_forms/two_leaves", "coulomb")}
 #: All but rows and stacks by the loop, which has nothing to find there or ends in another state.
 SOLVED = [
-    (name, method)
+    pytest.param(name, method, marks=[pytest.mark.slow] if (name, method) in LONG else [])
     for name in KNOWN
     for method in METHODS
     if not (method == "nonassociative" and name.startswith("paterson_zwick"))
@@ -132,6 +134,16 @@ def test_load_factor(name, method):
     expected = known.associative if method == "static" else known.coulomb
     near = known.of_loop if method == "nonassociative" else known.near
     assert solved(CASES / f"{name}.toml", method).load_factor == pytest.approx(expected, rel=near)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_references_of_case_files_are_the_closed_forms(name):
+    """Within the tolerance that the file states for its reference."""
+    known, references = KNOWN[name], read(name).reference
+    for key, expected in (("associative", known.associative), ("coulomb", known.coulomb)):
+        if key in references:
+            assert references[key].value == pytest.approx(expected, rel=references[key].tolerance), key
+    assert {"associative", "coulomb"} & {*references}
 
 
 def test_closed_forms_are_the_published_numbers():

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from scenes import ALL_CASES, CASES, CHECKED, WALLS, solved
+from validation.test_closed_form_cases import KNOWN
 
 import masonry_opt as mo
 from masonry_opt.methods.loop.options import PAPER
@@ -31,6 +32,7 @@ OWN_TEST = {
     *(("wall_1", name) for name in ("mpec", "refined")),
     *((f"facade_{size}", "associative") for size in ("2x6", "4x12")),
     ("wall", "nonassociative"),
+    *((name.split("/")[-1], method) for name in KNOWN for method in ("associative", "coulomb")),
 }
 
 #: Scenes of many joints, which take seconds.
