@@ -150,7 +150,7 @@ def test_a_file_of_the_user_is_not_replaced_by_a_proof(proven, tmp_path):
     _, proof = proven
     path = tmp_path / "mine.json"
     path.write_text('{"my": "data"}')
-    with pytest.raises(mo.OptionError, match="is there already"):
+    with pytest.raises(mo.OptionError, match="exists already"):
         proof.save(path)
     assert path.read_text() == '{"my": "data"}'
     proof.save(path, force=True)
