@@ -221,7 +221,9 @@ class _Checker:
         if weight < 0:
             return "the weight of the energy balance is negative"
         if weight > 0 and None in self._energy:
-            return "the energy balance needs an energy bound of each yield condition, but one is missing"
+            return (
+                "the energy balance needs a lower bound of the energy at each condition, but one is missing"
+            )
         internal = self._B.times(forces)
         unbalanced = max(
             abs(own + load_factor * live + weight * dead)
