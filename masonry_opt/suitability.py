@@ -74,15 +74,15 @@ def _without_live_load(scene: Scene) -> str:
     prefix = f"load case '{case.name}': " if case is not None else ""
     if scene.factor_of_axles and (scene.axles or case is not None):
         return (
-            f"{prefix}the only live loads are moving axles: use 'crossing' (in Python mo.crossing), which finds "
-            "the worst position of the axles"
+            f"{prefix}the only live loads are axles that move: use 'crossing' (in Python mo.crossing), "
+            "which finds the worst position of the axles"
         )
     if case is not None:
         return (
-            f"{prefix}none of the live loads of the load case ({case}) acts on a block: name another group of "
-            "loads, or add loads to these groups"
+            f"{prefix}none of the live loads ({case}) acts on a block: name another group of loads, or add "
+            "loads to these groups"
         )
     return (
-        f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. If a scene has no live load, "
-        "only 'solve' is possible, which decides if the scene is stable"
+        f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without "
+        "live load, 'solve' decides if the scene is stable"
     )

@@ -86,7 +86,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     for halving in range(1, _MOST_HALVINGS_OF_MOVEMENT + 1):
         share = 0.5**halving
         if isinstance(_state(assembly, free, solution, share * scale, movements), SettledState):
-            remedy = f"use a smaller movement, for example {share:g} times this movement"
+            remedy = f"use a smaller movement, such as {share:g} times this movement"
             raise OptionError(f"{scene.origin}: 'settled': {state}: {remedy}")
     raise OptionError(f"{scene.origin}: 'settled': {state}: use a much smaller movement, or omit 'settled'")
 
