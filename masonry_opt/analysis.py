@@ -75,10 +75,7 @@ class Session:
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """Check a scene under its dead load.
-
-        Return the result of the scene if it is unstable, None if it is stable.
-        """
+        """Check a scene under its dead load; return its result if it is unstable, None if it is stable."""
         solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 
@@ -279,10 +276,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Set ``is_only_state`` of a solution.
-
-    The value is True if a proof shows that no other load factor λ > 0 has a collapse state.
-    """
+    """Set ``is_only_state``: True if a proof shows that no other load factor λ > 0 has a collapse state."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution

@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def phase(self) -> str:
-        """Name of the current phase; if the phase is part of a step of the method, the step comes first."""
+        """Name of the current phase, preceded by the name of the method's current step if there is one."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:

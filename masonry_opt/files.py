@@ -57,8 +57,8 @@ _MARKS = {
 #: The digests identify tables and charts, in which the name of this package cannot be stored.
 RECORD = ".masonry_opt.json"
 
-#: Number of bytes at the start and at the end of a file in which the mark of this package is searched for.
-#: PDF files have the mark at the end, all other files have it at the start.
+#: Number of bytes that are searched for the mark of this package, at the start and at the end of a file. PDF
+#: files have the mark at the end, all other files have it at the start.
 _SEARCHED_BYTES = 1 << 16
 
 

@@ -48,20 +48,20 @@ Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Declare the static or the kinematic program, eqs (9) and (10), and the comments for its file."""
+    """Return the static or the kinematic program, eqs (9) and (10), and the comment lines for its file."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Declare the mixed complementarity problem of a scene, and the comments for its file."""
+    """Return the mixed complementarity problem of a scene, and the comment lines for its file."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
     return model.program, ["no objective, because every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Declare the MPEC, with complementarity relaxed to z p ≤ ε, and the comments for its file."""
+    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and the comment lines for its file."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
     comment = f"complementarity is relaxed: each product of slack and rate is at most {EPSILON:g}"
@@ -69,7 +69,7 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Declare the mixed-integer program of the least load factor, and the comments for its file.
+    """Return the mixed-integer program of the least load factor, and the comment lines for its file.
 
     The program has a binary variable for each yield condition. The bounds of its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
@@ -85,7 +85,7 @@ def _global(assembly: Assembly) -> Declared:
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "a limit that follows from kinematics" if bounds.rates_derived else "an assumed limit"
-    forces = "follow from statics" if bounds.forces_derived else "are assumed if statics give no limit"
+    forces = "derived from statics" if bounds.forces_derived else "assumed values if statics give no limit"
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
     most_rates = np.full(problem.faces, bounds.rates)
@@ -100,7 +100,7 @@ def _global(assembly: Assembly) -> Declared:
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}, {rates}",
-        f"the limits of the forces {forces}",
+        f"the limits of the forces are {forces}",
     ]
 
 
@@ -124,8 +124,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
 #: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
 #: row that is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Map from the name of a component of the program, whose entries belong to yield conditions, to the prefix of
-#: the names of its entries.
+#: Components of a program that have one variable or row for each yield condition, and the prefix of the names
+#: of these variables or rows.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")

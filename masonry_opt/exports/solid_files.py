@@ -71,7 +71,7 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
-    """Return all blocks after a motion.
+    """Return all blocks of a scene, displaced by a given motion.
 
     The prefix "fixed" is added to the names of supports.
 

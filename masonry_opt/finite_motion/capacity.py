@@ -265,9 +265,10 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Live forces, their rates of displacement, and that of the control point, at the onset of collapse.
+        """Magnitudes and rates of the live forces at the onset of collapse, and rate of the control point.
 
-        The magnitudes of the forces and their rates have shape (f,). Rates are measured along the forces.
+        Magnitudes and rates of the forces have shape (f,). The rate of a force is the rate of its point of
+        action along the force.
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -396,9 +397,8 @@ class Capacity:
             picture, axes = curve_axes(
                 scene, heading, f"displacement of {mover}, in the length unit of the case"
             )
-            marker = (
-                "o" if len(table) == 1 else ""
-            )  # without a marker, a line of a single point would be invisible
+            # A line of a single point would be invisible without a marker.
+            marker = "o" if len(table) == 1 else ""
             axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
             axes.axhline(0.0, color=HATCH, linewidth=0.6)
             axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))

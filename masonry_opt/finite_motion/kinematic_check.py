@@ -28,9 +28,9 @@ CONFIDENCE_FACTOR = 1.35
 class CodeRules:
     """Parameters of the kinematic check in one building code and limit state."""
 
-    ultimate: float  #: ultimate displacement d*_u, as a share of d*_0
-    secant: float  #: displacement d*_s of the secant period, as a share of d*_u
-    period: float  #: secant period T_s divided by √(d*_s / a*_s)
+    ultimate: float  #: ultimate displacement d*_u, as a share of the displacement d*_0 at λ = 0
+    secant: float  #: displacement d*_s that defines the secant period, as a share of d*_u
+    period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
     has_linear: bool  #: True if the code has a linear check in this limit state
     #: If True, the demand is the largest spectral displacement at all periods up to the secant period. If
     #: False, the demand is the spectral displacement at the secant period.
@@ -242,8 +242,8 @@ def _spectral_displacement(
     at = np.array([period])
     if is_largest:
         slope = np.diff(accelerations) / np.diff(periods)
-        # The spectrum is S = S₀ + k (T − T₀) between two periods, so the derivative of S T² vanishes at T =
-        # −2 (S₀ − k T₀) / (3 k).
+        # Between two periods, the spectrum is S = S₀ + k (T − T₀). The spectral displacement is proportional
+        # to S T², so it is largest where its derivative vanishes: at T = −2 (S₀ − k T₀) / (3 k).
         falling = slope < 0
         constant = (accelerations[:-1] - slope * periods[:-1])[falling]
         inner = -2 * constant / (3 * slope[falling])

@@ -145,7 +145,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Create the record from an assembly, and its dead and live forces.
+        """Create the record from an assembly and its dead and live forces.
 
         Forces are relative to ``unit``, and λ is relative to ``live``.
         """

@@ -83,7 +83,7 @@ class _Stretch(NamedTuple):
 
     chain: Chain  #: rigid bodies and hinges of the stretch
     point: np.ndarray  #: point of the chain's equilibrium curve
-    #: Tangent at the point. Along it, the fastest corner moves by the size of the scene.
+    #: Tangent at the point, scaled so that the fastest corner moves by the size of the scene.
     row: np.ndarray
 
     @property
@@ -114,8 +114,8 @@ class HingingPath:
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        # λ at the onset is the unit of λ, unless it is zero. The largest load at the onset is the unit of
-        # force.
+        # The unit of λ is its value at the onset, unless this value is zero. The unit of force is the largest
+        # load at the onset.
         onset = result.required()
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
@@ -253,7 +253,7 @@ class HingingPath:
         return None
 
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
-        """Follow a stretch to its next event, and return the last state before the event and the event.
+        """Follow a stretch to its next event; return the last state before the event, and the event.
 
         If a step has no solution, its length is divided by four. After a successful step, the length is
         doubled, up to that of ``_first_step``. If steps become too short, the mechanism is locked.

@@ -27,9 +27,9 @@ _MOST_CORRECTIONS = 20
 #: Gauss–Newton iterations have converged if positions change by less than this share of the size of the
 #: scene.
 _CONVERGED_STEP = 1e-13
-#: Weight of the slips at hinges in the least squares, relative to the weight of gaps. A hinge that rotates on
-#: a straight edge must slip a little, so gaps and slips cannot both vanish. With a smaller value, the gaps
-#: close more exactly.
+#: Weight of the slips at hinges in the least-squares problem, relative to the weight of gaps. A hinge that
+#: rotates on a straight edge must slip a little, so gaps and slips cannot both vanish. With a smaller value,
+#: the gaps close more exactly.
 _SLIP_WEIGHT = 1e-3
 #: Largest gap at a closed contact, relative to the largest movement of a point. Small gaps remain on surveyed
 #: blocks, because their joints slip a little although they do not count as sliding.

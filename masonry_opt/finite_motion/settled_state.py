@@ -177,7 +177,7 @@ def _state(
     scale: float,
     movements: Mapping[str, tuple[float, float, float]],
 ) -> SettledState | str:
-    """Return the state after a settlement, or a sentence that says why the blocks cannot follow it."""
+    """Return the state after a settlement, or a sentence that says why the blocks cannot follow."""
     supports = np.setdiff1d(free.movable, assembly.movable)
     contacts = Contacts.of(free, solution, scale, supports)
     try:

@@ -168,7 +168,7 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
     def set_bounds(self, variable: Any, low: float, high: float) -> None:
-        """Set the same lower and upper bound for all columns of a variable."""
+        """Set one lower bound and one upper bound for all columns of a variable."""
         self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
 
     def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:

@@ -219,7 +219,8 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    #: The presolve found that there is no optimum, but not if the program is infeasible or unbounded.
+    #: The presolve found that no optimum exists, but did not decide if the program is infeasible or
+    #: unbounded.
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
     #: The solver's point misses the tolerance; the certificate of the answer decides if the point is

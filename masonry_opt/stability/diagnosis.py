@@ -107,7 +107,7 @@ def falling_mechanism(
 def mechanism_or_forces(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a mechanism that the dead load drives, or else joint forces that carry the dead load.
+    """Return a mechanism that the dead load drives; if there is none, joint forces that carry the dead load.
 
     The mechanism has shape (3b,), the forces have shape (3c + t,).
 
@@ -255,9 +255,9 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """Return a problem whose dead load is the live load of the given problem, scaled to Σ|f| = 1.
+    """Return a problem whose dead load is the live load of ``problem``, scaled to Σ|f| = 1.
 
-    The dead load of the given problem is omitted.
+    The dead load of ``problem`` is omitted.
 
     ``slope`` is the slope of the shear limits, shape (k,). Cohesion, strength and finite force limits are
     zero.
@@ -277,7 +277,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 def _decide(
     problem: Problem, solver: Solver, effort: Effort, purpose: str
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a motion that the dead load drives, or else joint forces that carry the dead load.
+    """Return a motion that the dead load drives; if there is none, joint forces that carry the dead load.
 
     The motion has shape (3b,), the forces have shape (3c + t,).
 

@@ -210,7 +210,7 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store the cut that in every state at least one of the faces ``blamed`` has the value ``implied``.
+        """Store a cut: in every state, at least one of the faces ``blamed`` has the value ``implied``.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -245,7 +245,8 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
     """Return the certificate of :func:`existence` for a problem in units of its load."""
-    # If the dilatancy falls with stress, mechanisms with every smaller dilatancy are possible.
+    # If the dilatancy falls with stress, every smaller dilatancy is possible. A proof then uses the smallest
+    # dilatancy, which is at most 0.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
@@ -296,7 +297,7 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """Add the reasons why there is no load factor to a solution, and return the solution.
+    """Add to a solution the reasons why it has no load factor, and return the solution.
 
     The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
     the live load from causing collapse. ``associative`` is True if the method's answer is that of associative
