@@ -35,8 +35,8 @@ from importlib import import_module as _import_module
 from pathlib import Path as _Path
 
 #: Map from each public name to the module that defines the name. The map is read from the stub file (.pyi),
-#: which type checkers also read. A name is imported when it is first used, because importing the modelling
-#: languages takes seconds and many users do not need them.
+#: which type checkers also read. A name is imported only when it is first used, because importing all
+#: modules, with the modelling languages, takes seconds.
 _HOMES = {
     alias.name: node.module
     for node in _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
@@ -46,8 +46,8 @@ _HOMES = {
 
 __all__ = sorted(_HOMES)
 
-# An installation has the folder models/ inside the package. A clone of the repository has the folder next to
-# the package. In a clone, the search path of the package must therefore include the folder of the clone.
+# In an installed package, the folder models/ is inside the package. In a clone of the repository, models/ is
+# next to the package. The root of a clone is therefore added to the search path of the package.
 _CLONE = _Path(__file__).parent.parent
 if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__init__.py").is_file():
     __path__.append(str(_CLONE))

@@ -37,20 +37,21 @@ from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. With more joints the computation takes from 15 seconds to minutes.
+#: factor. For larger scenes the computation would take between 15 seconds and several minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
 @dataclass
 class Session:
-    """Session that solves several scenes, one after the other, with one method and its options."""
+    """Session that solves several scenes in sequence with the same method and options."""
 
     how: HowToSolve  #: method, solver and options
-    #: Cache of compiled programs for scenes that differ only in joint properties. If the session keeps
-    #: programs, forces of an earlier scene may also show that a scene is stable. Answers do not depend on the
-    #: cache.
+    #: Cache of compiled programs, which are used again for scenes that differ only in joint properties.
+    #: Cached joint forces of an earlier scene may also show that a scene is stable. The cache does not change
+    #: any answer.
     kept: ProgramCache = field(default_factory=ProgramCache)
-    #: True if the session decides if a scene without live load is stable; False if it refuses such a scene.
+    #: True if the session accepts a scene without live load, and decides if the scene is stable. If False,
+    #: such a scene raises an error.
     answers_stability: bool = False
     _last: Assembly | None = None
 
@@ -66,17 +67,20 @@ class Session:
     def solve(
         self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
     ) -> Result:
-        """Return the result of a scene. Raises the errors that :func:`solve` raises for scenes."""
+        """Solve a scene and return its result.
+
+        Raises the errors that :func:`solve` raises for scenes.
+        """
         effort = effort or Effort()
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """Return the result of a scene that is unstable under its dead load; None if it is stable."""
+        """Check a scene under its dead load; return its result if it is unstable, None if it is stable."""
         solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
-        """Return the result of a scene that is known to be stable under its dead load.
+        """Solve a scene that is known to be stable under its dead load, and return its result.
 
         Raises the errors that :func:`solve` raises for scenes.
         """
@@ -91,9 +95,11 @@ class Session:
         return make_result(assembly, solution, effort, self.method.name, solver)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
-        """Return the assembly and the solution of a scene, without names and units.
+        """Solve a scene, and return its assembly and its solution.
 
-        Raises TimeLimitError if the time limit is over before the joints are found.
+        Method ``result`` converts both to a result with names and units.
+
+        Raises TimeLimitError if the time limit ends the search for joints.
         """
         with limited(self.how.time_limit):
             assembly = self._assembled(scene, effort)
@@ -110,7 +116,10 @@ class Session:
             return assembly, fallen or self.pushed(assembly, progress, effort)
 
     def _assembled(self, scene: Scene, effort: Effort) -> Assembly:
-        """Return the assembly of a scene. Raises TimeLimitError if the time limit is over."""
+        """Return the assembly of a scene.
+
+        Raises TimeLimitError if the time limit ends the search for joints.
+        """
         try:
             effort.begins("finding joints")
             with effort.measure("scene"):
@@ -118,18 +127,18 @@ class Session:
                 assembly = on_last_matrices or assemble(scene)
         except TimeLimitReached as stop:
             raise TimeLimitError(
-                f"{scene.origin}: the {stop} ended before all joints were found: raise the time limit"
+                f"{scene.origin}: the {stop} ended the search for joints: use a longer time limit"
             ) from None
         if self.kept.keeps:
             self._last = assembly
         return assembly
 
     def _check(self, assembly: Assembly, effort: Effort) -> DeadLoadCheck:
-        """Return the check of an assembled scene under its dead load."""
+        """Return the object that checks if an assembled scene is stable under its dead load."""
         return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a scene that is stable under its dead load.
+        """Run the method on a scene that is stable under its dead load, and return the solution.
 
         If the time limit ends the analysis, the solution has the answer that is known by then, or none.
         """
@@ -146,7 +155,10 @@ class Session:
                 return without_answer(self.how.kind, stop, effort, *steps)
 
     def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Return the solution of a stable scene. Raises TimeLimitReached if time is over before an answer."""
+        """Run the method on a stable scene, and return the solution.
+
+        Raises TimeLimitReached if the time limit passes before an answer is found.
+        """
         problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
@@ -154,14 +166,15 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # The solution has no load factor, so the last forces and velocities of the method are removed.
+        # A solution without a load factor has no collapse state, so the last forces and velocities of the
+        # method are removed.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
-        """Return the solution of method "incremental", or a solution that states why the method was not run.
+        """Run method "incremental", and return its solution, or a solution that states why it was not run.
 
-        None is returned if the incremental load factor is not requested. Its time is measured separately from
-        the session's method. Load steps are reported if the session's method begins with the same steps.
+        The result is None if the incremental load factor is not requested. Its time is measured separately
+        from the session's method. Load steps are reported if the session's method begins with the same steps.
         """
         if not self.how.adds_incremental:
             return None
@@ -183,7 +196,7 @@ class Session:
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
-    """Return a solution; remove its load factor if the load factor is not valid.
+    """Return a solution after removing its load factor if the load factor is not valid.
 
     A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
     does not carry its dead load from rest.
@@ -220,7 +233,9 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 
 def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """Add the associative load factor to a solution, and the reasons if no load factor ≥ 0 was found.
+    """Return a solution with the associative load factor added.
+
+    If no load factor ≥ 0 was found, the reasons why are added too.
 
     The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
     is proven that no load factor exists: statics then carry any multiple of the live load.
@@ -247,8 +262,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # A proof shows that no collapse exists, so contacts that slip at the incremental load factor lock later.
-    # The incremental load factor is therefore removed.
+    # The incremental load factor is removed, because a proof shows that the scene never collapses: contacts
+    # that slip at this load factor lock later.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -261,7 +276,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Set ``is_only_state`` of a solution: True if the scene provably collapses at no other λ > 0."""
+    """Set ``is_only_state``: True if a proof shows that no other load factor λ > 0 has a collapse state."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -269,7 +284,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Add a reason to a solution if its three load factors agree after only a few starts.
+    """Add a reason to a solution if its three load factors agree, but the method tried only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
     reason is added if all joints follow associative flow, because all exact states then have one load factor.
@@ -305,7 +320,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Result:
-    """Find the load factor at which a scene collapses, or decide if a scene without live load is stable.
+    """Find the load factor at which a scene collapses; for a scene without live load, decide if it is stable.
 
     Parameters
     ----------
@@ -380,17 +395,20 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
-    """Return a scene after the movement of its supports. Raises TimeLimitError if the time limit is over."""
+    """Return a scene after the movement of its supports.
+
+    Raises TimeLimitError if the time limit ends the computation.
+    """
     if settled is None:
         return scene
-    # Import the module here, because it imports HiGHS, which takes long.
+    # This module is imported only if supports settle, because it imports HiGHS, which takes long to load.
     from masonry_opt.finite_motion.settled_state import settled_scene
 
     try:
         return settled_scene(scene, settled)
     except TimeLimitReached as stop:
         raise TimeLimitError(
-            f"{scene.origin}: the {stop} ended before the settlement was computed: raise the time limit"
+            f"{scene.origin}: the {stop} ended the computation of the settlement: use a longer time limit"
         ) from None
 
 
@@ -403,7 +421,7 @@ def prepare(
     time_limit: float | None = None,
     **options: Any,
 ) -> Session:
-    """Return a session that solves scenes as :func:`solve` does.
+    """Return a session whose method ``solve`` solves scenes in the same way as :func:`solve`.
 
     The options include the model, the solver and the tolerance. Errors about unknown options suggest the
     arguments of ``function``, the function that the user called. If ``keeps`` is True, the session keeps

@@ -4,15 +4,17 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
-#: Largest number of characters of a value in the text of a record. A longer value is shown by its class.
+#: Largest number of characters of a single value in the text of a record. A longer string is cut; other long
+#: values are replaced by their class and size.
 _LONGEST_VALUE = 60
 
-#: Largest number of characters of the values of a record. Further values are replaced by "...".
+#: Largest number of characters of all values together in the text of a record. Values beyond this limit are
+#: replaced by "...".
 _LONGEST_TEXT = 240
 
 
 def brief(record: Any) -> str:
-    """Return the class and the values of an object, such as a record of a scene, in one short line.
+    """Return one short line of text with the class of an object and its values.
 
     Values that equal their defaults are left out. Arrays, tables and long lists are shown by their sizes,
     records within a record by their class. A class uses this function by ``__repr__ = brief``.
@@ -29,7 +31,10 @@ def brief(record: Any) -> str:
 
 
 def _values(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the value of each visible field of a record that differs from its default."""
+    """Yield the name and the value of each field of a record.
+
+    Fields that have their default value, and hidden fields, are omitted.
+    """
     if is_dataclass(record):
         for field in fields(record):
             value = getattr(record, field.name, None)
@@ -47,7 +52,10 @@ def _values(record: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _short(value: Any) -> str:
-    """Return a value as text of at most ``_LONGEST_VALUE`` characters. A large value is shown by its size."""
+    """Return a value as text of at most ``_LONGEST_VALUE`` characters.
+
+    A longer string is cut. Other long values are replaced by their class and size.
+    """
     shape = getattr(value, "shape", None)
     if shape:
         return f"<{type(value).__name__} of shape {shape}>"
@@ -56,7 +64,7 @@ def _short(value: Any) -> str:
     if isinstance(value, str):
         return repr(value) if len(value) < _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
     if isinstance(value, Sequence | Mapping | Set):
-        # Only lists of plain values are written in full, because nested records and arrays have long texts.
+        # A list of records or arrays is not converted to text, because the text would be too long to show.
         text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""
         return text if 0 < len(text) <= _LONGEST_VALUE else f"<{type(value).__name__} of {len(value)}>"
     text = repr(value)
@@ -66,7 +74,7 @@ def _short(value: Any) -> str:
 
 
 def _is_plain(values: Any) -> bool:
-    """Return True if nested lists consist of numbers, texts, True, False and None alone."""
+    """Return True if a value, such as a nested list, contains only numbers, strings, booleans and None."""
     if isinstance(values, Mapping):
         return _is_plain(list(values.values()))
     if isinstance(values, list | tuple):

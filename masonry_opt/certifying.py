@@ -31,17 +31,16 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Permitted values of the argument ``friction``: the friction law in space against which a state is checked.
+#: Permitted values of the argument ``friction``: the friction law in space that the check uses.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Permitted values of the argument ``crushing``: the law for joints of limited strength against which a state
-#: is checked.
+#: Permitted values of the argument ``crushing``: the law for joints of limited strength that the check uses.
 _CRUSHING_LAWS = ("chords", "parabola")
 
 
 @dataclass(frozen=True, eq=False)
 class StateCheck:
-    """Residuals of a collapse state, which consists of a load factor λ, joint forces q and velocities d.
+    """Residuals of a collapse state: of its load factor λ, joint forces q and block velocities d.
 
     All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
     consist of a kind and blocks, such as ``n1[A|ground]``.
@@ -62,11 +61,11 @@ class StateCheck:
 
     assembly: Assembly
     q: np.ndarray  #: joint forces, as passed
-    #: Collapse state with its residuals, which are computed with the matrices of the attribute ``problem``.
+    #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
-    #: Problem whose matrices the residuals are computed with. This is the problem of the scene if the live
-    #: load does work in the mechanism. Otherwise it is an equivalent problem in which dead and live load are
-    #: exchanged.
+    #: Problem whose matrices are used to compute the residuals. It is the problem of the scene if the live
+    #: load does work in the mechanism. Otherwise it is an equivalent problem in which dead load and live load
+    #: are exchanged.
     problem: Problem
 
     @property
@@ -86,7 +85,7 @@ class StateCheck:
 
     @cached_property
     def table(self) -> "pd.DataFrame":
-        """Table with one row for each residual: its value, its limit, and the place of its largest entry."""
+        """Table with one row for each residual: its value, its limit, and the place where it is largest."""
         import pandas as pd
 
         limits, largest_at = LIMITS[Kind.EXACT].as_dict(), self._largest_at()
@@ -104,7 +103,7 @@ class StateCheck:
 
     @cached_property
     def rows(self) -> "pd.DataFrame":
-        """Table with one row for each equation of equilibrium, eq. (1)."""
+        """Table with one row for each equation of equilibrium, eq. (1): its terms and its residual."""
         import pandas as pd
 
         problem, q = self._scene_problem, self.q
@@ -119,7 +118,7 @@ class StateCheck:
 
     @cached_property
     def columns(self) -> "pd.DataFrame":
-        """Table with one row for each joint force and its motion, eqs (2) and (5)."""
+        """Table with one row for each joint force: the force, and the motion at the joint, eqs (2), (5)."""
         import pandas as pd
 
         motion, departure = self.problem.motion(self.answer.d), self._departure
@@ -138,14 +137,14 @@ class StateCheck:
         from masonry_opt.reporting.terminal import frame_text
 
         failing = self.table[~self.table["passed"]]
-        verdict = "an exact collapse state: no residual exceeds its limit"
+        verdict = "this is an exact collapse state, because no residual exceeds its limit"
         if len(failing):
             faults = ", ".join(f"{row.residual} {row.value:.1e}" for row in failing.itertuples())
-            verdict = f"NOT an exact collapse state: {faults}"
+            verdict = f"this is NOT an exact collapse state, because residuals are too large: {faults}"
         shown = self.table.assign(value=self.table["value"].map("{:.1e}".format))
         shown = shown.assign(limit=shown["limit"].map("{:.0e}".format))
         table = frame_text(shown, "residuals (0 is exact)")
-        return printable(f"λ = {self.load_factor:.6g} is {verdict}\n\n{table}").rstrip("\n")
+        return printable(f"λ = {self.load_factor:.6g}: {verdict}\n\n{table}").rstrip("\n")
 
     def __repr__(self) -> str:
         worst = max(self.answer.residuals.values())
@@ -156,7 +155,7 @@ class StateCheck:
 
     @property
     def _scene_problem(self) -> Problem:
-        """Problem of the scene with the friction and crushing laws against which the state is checked."""
+        """Problem of the scene with the friction law and the crushing law that the check uses."""
         return self.assembly.problem.by(self.answer.forms)
 
     @cached_property
@@ -256,9 +255,9 @@ def _finite_number(load_factor: Any) -> float:
 
 
 def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
-    """Return an array unchanged if all its entries are finite numbers.
+    """Check that all entries of an array are finite numbers, and return the array.
 
-    Otherwise raises OptionError, which names the first entry that is not finite.
+    Raises OptionError, which names the first entry that is not finite.
     """
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
@@ -271,7 +270,7 @@ def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
-    """Return a problem whose joints follow the named laws of friction and crushing.
+    """Return a problem with the friction law and the crushing law that the two names select.
 
     Raises OptionError if a name is not the name of a law.
     """
@@ -286,7 +285,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return an equivalent problem whose live load does work in a mechanism, and its joint forces.
+    """Return a problem whose live load does work in the mechanism d, and the joint forces of that problem.
 
     If the live load does no work in the mechanism, dead load and live load are exchanged. The total load at λ
     stays the same, and energies are then divided by the work of the dead load. The lowest forces of ties,

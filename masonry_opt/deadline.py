@@ -11,15 +11,14 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: Number of seconds before the deadline within which a solver that ends without an optimum counts as stopped
-#: by the deadline. The number allows for differences between clocks, because solvers use their own clocks.
-#: With a smaller value, a stopped program may count as failed; with a larger value, a failed program may
-#: count as stopped.
+#: If a solver ends without an optimum less than this many seconds before the deadline, it counts as stopped
+#: by the deadline. The margin is needed because solvers use their own clocks. If it is too small, a stopped
+#: program counts as failed; if it is too large, a failed program counts as stopped.
 SAME_TIME = 0.1
 
 
 class TimeLimitReached(KeyboardInterrupt):
-    """Signal that the time limit of an analysis has passed.
+    """Exception that is raised when the time limit of an analysis has passed.
 
     Attributes
     ----------
@@ -54,7 +53,7 @@ def limited(seconds: float | None) -> Iterator[None]:
 
 @contextmanager
 def unlimited() -> Iterator[None]:
-    """Suspend the time limit for a ``with`` block whose code has a time limit already."""
+    """Suspend the time limit within a ``with`` block, for code that enforces a time limit itself."""
     token = _deadline.set((inf, inf))
     try:
         yield
@@ -63,7 +62,7 @@ def unlimited() -> Iterator[None]:
 
 
 def seconds_left() -> float:
-    """Return the seconds until the deadline: zero after it, infinite without a time limit."""
+    """Return the seconds until the deadline; zero after the deadline, infinity without a time limit."""
     return max(_deadline.get()[0] - time.perf_counter(), 0.0)
 
 

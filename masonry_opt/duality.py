@@ -32,15 +32,15 @@ from masonry_opt.stability.dead_load import with_pressure_removed
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Tolerance of the solvers. With its default tolerance, Clarabel leaves gaps of up to 7e-7 in scenes with
-#: fill. If a solver misses the tolerance, its last iterate is used, and the residuals show the accuracy of
-#: the iterate.
+#: Tolerance of the solvers. With its default tolerance, Clarabel leaves duality gaps of up to 7e-7 in scenes
+#: with fill. If a solver misses the tolerance, its last iterate is used, and the residuals show the accuracy
+#: of the iterate.
 _SOLVER_TOLERANCE = 1e-11
 
 
 @dataclass(frozen=True)
 class DualityReport:
-    """Four solutions of the associative problem, with their residuals.
+    """Comparison of four solutions of the associative problem: static and kinematic, in CVXPY and Pyomo.
 
     Attributes
     ----------
@@ -85,10 +85,10 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Relative differences of λ in space: static from kinematic programs, and polygons from cones.
+        """Two relative differences of the load factor λ in space; both are zero in the plane.
 
         The first is the absolute difference between static and kinematic λ, both with friction cones. The
-        second is positive if friction polygons give a lower λ than friction cones.
+        second is positive if λ is lower with friction polygons than with friction cones.
         """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
@@ -107,8 +107,8 @@ class DualityReport:
         answer = [f"associative load factor {median} {relative}"]
         if self.of_stability:
             margin = (
-                f"stability margin: every joint can lose a normal force of {median} median block weights "
-                f"{relative}"
+                f"margin of stability: every joint can lose a normal force of {median} times the median "
+                f"block weight {relative}"
             )
             answer = [STABLE, margin]
         lines = [
@@ -132,7 +132,7 @@ class DualityReport:
 
 @suggests_arguments
 def check(scene: Scene | str | Path) -> DualityReport:
-    """Solve the associative problem statically and kinematically, in CVXPY and in Pyomo, and compare.
+    """Compare the static and the kinematic solution of the associative problem, each in CVXPY and Pyomo.
 
     For a stable scene without live load, the four programs compute its margin of stability.
 
@@ -148,7 +148,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         If the scene has no associative load factor to compare; without live load, if it is unstable, or if
         its margin of stability is unlimited.
     """
-    # Import pandas here: the import takes a quarter of a second, and the command solve imports this module.
+    # pandas is imported only for this check, because its import would delay the command ``solve`` by a
+    # quarter of a second.
     import pandas as pd
 
     result = solve(scene, "static")
@@ -159,7 +160,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
         result.required()
 
     def solve_with(problem: Problem, formulation: str, language: str) -> State:
-        """Return the optimal state of a formulation in a modelling language.
+        """Solve one formulation in one modelling language, and return the optimal state.
 
         Raises NoLoadFactorError if the solver finds no state.
         """
@@ -201,7 +202,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
 
 
 def _of_margin(result: Result) -> Problem:
-    """Return the problem whose associative load factor is the margin of stability of a stable scene.
+    """Return a problem whose associative load factor equals the margin of stability of a stable scene.
 
     Raises NoLoadFactorError if the scene has no joints, or if self-stress can press all joints without limit.
     """
@@ -209,7 +210,7 @@ def _of_margin(result: Result) -> Problem:
 
     if not result.size.joints:
         raise NoLoadFactorError(
-            f"{result.case}: {STABLE}; no blocks touch, so no joint has a margin to compare"
+            f"{result.case}: {STABLE}; no blocks touch, so there is no margin of stability to compare"
         )
     problem = with_pressure_removed(result.assembly.problem)
     certificate = existence(problem, Effort(), of_mechanism=False) if problem.live_norm else None
@@ -220,7 +221,7 @@ def _of_margin(result: Result) -> Problem:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    """Return the load factor of a state, and its residuals in all conditions of the two formulations."""
+    """Return the load factor of a state, and its residuals in the conditions of both formulations."""
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)

@@ -8,7 +8,7 @@ from typing import Any
 from masonry_opt.brief import brief
 from masonry_opt.deadline import check_time
 
-#: Function that is called with the name of each phase when the phase begins, such as "finding joints".
+#: Function that is called at the beginning of each phase with its name, such as "finding joints".
 Phases = Callable[[str], None]
 
 #: Parts of an analysis whose time is measured, in the order in which they run.
@@ -25,7 +25,7 @@ PARTS = (
 
 
 class Effort:
-    """Total time, number of solved programs and number of iterations of an analysis."""
+    """Counter of the seconds, the solved programs and the solver iterations of an analysis."""
 
     __repr__ = brief
 
@@ -36,29 +36,32 @@ class Effort:
         load factor if a lower collapse state is found.
         """
         self._phases = phases
-        self._step, self._phase = "", ""  # names of the present step of the method, and of its phase
+        self._step, self._phase = "", ""  # names of the method's current step and of the current phase
         self._lowest: float | None = None  # load factor of the lowest collapse state found so far
         self.seconds = dict.fromkeys(PARTS, 0.0)  #: seconds by part
-        self.lp_solves = 0  #: number of linear programs solved; in space, cone programs count too
-        self.nlp_solves = 0  #: number of nonlinear programs solved
+        self.lp_solves = 0  #: number of solved linear programs, and of cone programs in space
+        self.nlp_solves = 0  #: number of solved nonlinear programs
         self.iterations = 0  #: sum of the iterations of the solvers
         #: Names of the solvers by purpose, such as "dead load" or "sub-problems".
         self.solvers: dict[str, list[str]] = {}
 
     @property
     def phase(self) -> str:
-        """Name of the present phase, preceded by the method's step if the phase is part of a step."""
+        """Name of the current phase, preceded by the name of the method's current step if there is one."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:
-        """Report that a phase begins. Raises TimeLimitReached if the time limit is over."""
+        """Report that a phase begins.
+
+        Raises TimeLimitReached if the time limit has passed.
+        """
         self._phase = phase
         check_time()
         self._report()
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report that a step of a method begins. Phases within the ``with`` block are parts of the step."""
+        """Report that a step of a method begins, which lasts until the end of the ``with`` block."""
         self._step = name
         self.begins(name)
         try:
@@ -77,24 +80,24 @@ class Effort:
         self._phases(f"{self.phase}{lowest}")
 
     def counts(self) -> dict[str, Any]:
-        """Return the seconds, the numbers of programs and iterations, and the solvers, by name."""
+        """Return all counts as a dictionary: seconds, numbers of programs and iterations, and solvers."""
         return {name: count for name, count in vars(self).items() if not name.startswith("_")}
 
     def uses(self, solver: str, purpose: str) -> None:
-        """Record that a solver is used for a purpose."""
+        """Record the name of a solver and the purpose for which it is used."""
         names = self.solvers.setdefault(purpose, [])
         if solver not in names:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a new effort with zero counts and times. The two efforts share the record of solvers."""
+        """Return a new effort that counts from zero, but shares the record of solvers with this effort."""
         other = Effort()
         other.solvers = self.solvers
         return other
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:
-        """Add the duration of the ``with`` block to a part of the analysis."""
+        """Measure the duration of a ``with`` block, and add it to the time of a part of the analysis."""
         start = time.perf_counter()
         try:
             yield
@@ -102,5 +105,5 @@ class Effort:
             self.add(part, time.perf_counter() - start)
 
     def add(self, part: str, seconds: float) -> None:
-        """Add seconds to a part."""
+        """Add seconds to the time of a part of the analysis."""
         self.seconds[part] += seconds

@@ -7,7 +7,7 @@ from math import ceil, floor, log10
 
 
 def printable(text: str) -> str:
-    """Return a text with all characters escaped except printable characters and line ends.
+    """Return a text in which characters that cannot be printed are escaped; line ends stay as they are.
 
     Text of a case file or path therefore cannot move the cursor of a terminal, change colours or the
     direction of writing, or fail to be encoded.
@@ -21,14 +21,14 @@ def printable(text: str) -> str:
 def rounded_up(value: float, digits: int = 4) -> str:
     """Return a positive number as text, rounded up to a given number of significant digits.
 
-    Upper bounds are printed so, because they must not appear smaller.
+    Upper bounds are rounded up, because a printed bound must not be smaller than the bound.
     """
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
     return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number and its noun, in singular or plural, such as "1 hole" or "2 holes"."""
+    """Return a number with a noun in singular or plural, such as "1 hole" or "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
@@ -55,8 +55,8 @@ class DrawingWarning(UserWarning):
 class CaseError(MasonryError, ValueError):
     """The case file or scene is wrong; the message names the file, key or block, and states a remedy."""
 
-    # CaseError derives from ValueError, because pydantic converts every ValueError that a validator raises to
-    # a validation error.
+    # The base class ValueError is needed, because pydantic reports only a ValueError of a validator as a
+    # validation error.
 
 
 class OptionError(MasonryError):
@@ -68,7 +68,7 @@ class OutputError(MasonryError):
 
 
 class ReaderGoneError(OutputError):
-    """The program that reads the standard output has closed the stream; no message is printed."""
+    """Standard output was closed by the program that reads it; no message is printed."""
 
     exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE terminates
 
@@ -86,7 +86,7 @@ class TimeLimitError(MasonryError):
 
 
 class NoRunSolvedError(MasonryError):
-    """No run of a study was solved; the message states why the runs were refused or crashed."""
+    """None of the runs of a study was solved; the message states the most frequent reason."""
 
     exit_code = 1
 

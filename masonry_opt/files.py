@@ -30,11 +30,12 @@ MARK = f"written by {WRITER}"
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the two lists of names that accompany an .nl file. The lists contain no mark, so the mark in the
-#: .nl file identifies all three files.
+#: Endings of the two lists of names that accompany an .nl file. Only the .nl file contains a mark, a text
+#: that shows that this package wrote the file; its mark counts for the lists too.
 _NAME_LISTS = (".row", ".col")
 
-#: Regular expressions that match the marks of files, by the ending of the file's name.
+#: Map from the ending of a file's name to a regular expression for the mark, the text that shows that this
+#: package wrote the file.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
@@ -52,23 +53,23 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: Name of the file that lists the SHA-256 digests of all files written into a folder. The digests identify
-#: tables and charts, because such files cannot contain a mark.
+#: Name of the record of a folder: a file with the SHA-256 digests of all files that this package wrote there.
+#: The digests identify tables and charts, in which the name of this package cannot be stored.
 RECORD = ".masonry_opt.json"
 
-#: Number of bytes at the start and at the end of a file that are searched for its mark. PDF files have the
-#: mark at the end, all other files at the start.
+#: Number of bytes that are searched for the mark of this package, at the start and at the end of a file. PDF
+#: files have the mark at the end, all other files have it at the start.
 _SEARCHED_BYTES = 1 << 16
 
 
 def image_source(content: bytes | str, kind: str) -> str:
-    """Return a picture ("png" or "svg") as an HTML image address that contains the data."""
+    """Return a picture ("png" or "svg") as a data URI, which an HTML page can use as an image source."""
     data = content.encode() if isinstance(content, str) else content
     return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{b64encode(data).decode()}"
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:
-    """Return the metadata of a picture of a format ("png", "svg", "pdf"): the program's name, and no date."""
+    """Return the metadata of a "png", "svg" or "pdf" picture: the name of this package, without a date."""
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
@@ -76,7 +77,10 @@ def picture_metadata(kind: str) -> dict[str, str | None]:
 
 @contextlib.contextmanager
 def writing(path: Path, kept: str = "") -> Iterator[None]:
-    """Convert an OSError in the ``with`` block to an OutputError whose message ends with ``kept``."""
+    """Convert an OSError in the ``with`` block to an OutputError.
+
+    ``kept`` is added to the message; it says which results remain.
+    """
     try:
         yield
     except OSError as error:
@@ -84,12 +88,13 @@ def writing(path: Path, kept: str = "") -> Iterator[None]:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file such that a reader sees either the old content or the complete new content.
+    """Write a file in one step: readers see either the old content or the complete new content.
 
     Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
     """
     path = Path(path)
-    # Each writer uses its own temporary file. If two writers work at once, the last complete file remains.
+    # Each writer has a temporary file with a unique name, so two processes that write the same file do not
+    # mix their contents.
     temporary = path.parent / f".writing.{uuid4().hex}"
     try:
         temporary.write_bytes(_encoded(content))
@@ -99,7 +104,9 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
 
 
 def write_together(contents: Mapping[Path, str | bytes]) -> None:
-    """Write several files, given by their paths, each completely or not at all.
+    """Write several files; ``contents`` maps each path to the content of its file.
+
+    Each file is written completely or not at all.
 
     All contents are first written to temporary files, so that a full disk leaves every old file as it was.
     Raises OutputError, which names the first file that cannot be written.
@@ -124,7 +131,7 @@ def write_folder(
     force: bool = False,
     is_own: Callable[[str], bool] = lambda _: False,
 ) -> list[Path]:
-    """Write files, given by name, into a folder with :func:`write_together`, and return their paths.
+    """Write files into a folder, and return their paths; ``contents`` maps names to contents.
 
     The record of the folder lists their digests, which show a later run that it may replace the files. A
     recorded file of an earlier run that is not among the contents is removed if ``is_own`` is true of its
@@ -134,7 +141,8 @@ def write_folder(
     refuse_outputs(folder, contents, force)
     record = _recorded(folder)
     for name, content in contents.items():
-        # The record also keeps the digest of the present file, which is valid until the file is replaced.
+        # Keep the digest of the existing file too, because the existing file remains until the new file
+        # replaces it.
         before = [digest for digest in record.get(name, []) if digest == _digest_of(folder / name)]
         record[name] = [*before, hashlib.sha256(_encoded(content)).hexdigest()]
     lines = json.dumps({JSON_KEY: WRITER, "files": record}, indent=1, ensure_ascii=False) + "\n"
@@ -154,7 +162,7 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> None:
-    """Raise OptionError if a file of a folder cannot be replaced; call before a long computation.
+    """Raise OptionError if files of a folder cannot be replaced; to be called before a long computation.
 
     A missing folder has no files. Without ``force``, only files that this package wrote are replaced.
     """
@@ -166,7 +174,7 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file cannot be written at a path; call before a long computation.
+    """Raise OptionError if a file cannot be written at a path; to be called before a long computation.
 
     Without ``force``, OptionError is also raised if the file would replace one that another program wrote.
     """
@@ -175,10 +183,12 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
     except (FileNotFoundError, NotADirectoryError):
         pass
     except (OSError, ValueError) as error:
-        # The operating system does not accept the path, for example because the path is too long.
+        # The operating system does not accept this path, which may be too long, for example.
         raise OptionError(f"{path}: cannot be written: {error}") from None
     if not path.parent.is_dir():
-        raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
+        raise OptionError(
+            f"{path}: cannot be written, because the folder {path.parent} does not exist: create the folder"
+        )
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         obstacle = "is a folder" if path.is_dir() else f"folder {path.parent} is not writable"
         raise OptionError(f"{path}: cannot be written: {obstacle}")
@@ -186,19 +196,21 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file contains data that this package did not write, unless ``force`` is set."""
+    """Raise OptionError if a file contains data of another program or a user, unless ``force`` is True."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
         raise OptionError(
-            f"{path}: the file is there already, and {WRITER} did not write the file, or the file was "
-            "changed later: choose another name or folder, or replace the file with --force (in Python: "
-            "force=True)"
+            f"{path}: the file exists already, and {WRITER} did not write it, or it was changed since: "
+            "choose another name or folder, or replace the file with --force (in Python: force=True)"
         )
 
 
 def _is_replaceable(path: Path) -> bool:
-    """Return True if a file is empty, is unchanged since this package wrote it, or names this package."""
+    """Return True if a file is empty, or if this package wrote it.
+
+    A file of this package is recognised by its recorded digest, or by a mark that names the package.
+    """
     if not path.is_file():
-        # The path is a pipe, a device, or a link without a target.
+        # The path is no regular file: it is a pipe, a device, or a link to a missing file.
         return False
     recorded = _recorded(path.parent).get(path.name)
     if recorded and _digest_of(path) in recorded:
@@ -218,7 +230,10 @@ def _is_replaceable(path: Path) -> bool:
 
 
 def _recorded(folder: Path) -> dict[str, list[str]]:
-    """Return the recorded digests of the files of a folder, by name; empty without a record."""
+    """Read the record of a folder, and return the digests of each file, keyed by the file's name.
+
+    The result is empty if the folder has no valid record.
+    """
     try:
         files = json.loads((folder / RECORD).read_bytes())["files"]
         return {str(name): [*map(str, digests)] for name, digests in files.items()}
@@ -236,7 +251,7 @@ def _digest_of(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Convert a value to JSON types; NaN and infinity become None."""
+    """Convert a value to types that JSON can represent; NaN and infinity become None."""
     if isinstance(value, StrEnum):
         return str(value)
     if hasattr(value, "as_dict"):

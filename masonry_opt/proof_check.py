@@ -76,22 +76,22 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCh
 
 
 def check(problem: Problem, proof: Proof) -> ProofCheck:
-    """Check a proof with the matrices of a problem."""
+    """Check a proof against the matrices of a problem, and return the result."""
     faults = _faults_of_form(problem, proof)
     reach = float("inf")
     if not faults:
         checker = _Checker(problem, proof)
         faults, reach = checker.faults(), checker.reach
         if not faults and _is_satisfiable(proof):
-            faults = ["the clauses do not exclude every state: an assignment satisfies all clauses"]
+            faults = ["the clauses do not exclude all states, because an assignment satisfies all clauses"]
     kinds = [isinstance(conflict, StaticConflict) for conflict in proof.conflicts]
     return ProofCheck(proof.bound, tuple(faults), sum(kinds), len(kinds) - sum(kinds), reach)
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return the faults that show that a proof belongs to another scene, or is not a proof."""
+    """Return the faults of a proof that has the wrong form or belongs to another scene."""
     if problem.layout.round or problem.dilatancy_depends_on_stress:
-        return ["the scene must be plane, and its dilatancy must not depend on stress"]
+        return ["proofs exist only for plane scenes whose dilatancy does not depend on stress"]
     if not 0 < proof.bound < proof.load_factor:
         return [f"the bound {proof.bound:.9g} is not between 0 and the load factor {proof.load_factor:.9g}"]
     height, width = problem.B.shape
@@ -106,15 +106,15 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
             arrays += [(one.d, height), (one.p, problem.faces)]
         indices.append(np.atleast_1d(one.condition if isinstance(one, EnergyBound) else one.conditions))
     if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
-        return ["some multipliers of a conflict are missing, or are not finite numbers"]
+        return ["some multipliers of the proof are missing, or are not finite numbers"]
     every = np.concatenate(indices)
     if len(every) and (every.min() < 0 or every.max() >= problem.faces):
-        return ["a clause names a yield condition that the scene does not have"]
+        return ["the proof names a yield condition that the scene does not have"]
     return []
 
 
 class _Checker:
-    """Checker that recomputes the conflicts of one proof in exact arithmetic."""
+    """Checker of one proof, which recomputes the conflicts of the proof in exact arithmetic."""
 
     def __init__(self, problem: Problem, proof: Proof) -> None:
         self._problem, self._proof = problem, proof
@@ -125,11 +125,11 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        self.reach = float("inf")  #: smallest reach (see :class:`ProofCheck`) of the conflicts checked so far
+        self.reach = float("inf")  #: smallest reach of all checked conflicts, see :class:`ProofCheck`
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults in the proof's pairs of senses, energy bounds and conflicts."""
+        """Return the faults in the pairs of sliding senses, the energy bounds and the conflicts."""
         faults = [
             f"yield conditions {pair} are not the two senses of sliding of one joint"
             for pair in self._wrong_senses()
@@ -145,7 +145,7 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of yield conditions that are not the two senses of sliding of one joint."""
+        """Return the pairs of yield conditions that are wrong: not the two sliding senses of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
@@ -171,7 +171,7 @@ class _Checker:
             self._energy[condition] = None if least is None or own is None else own + least
         stray = [condition for condition in proven if condition >= 2 * self._sliders]
         return faults + [
-            f"energy bound of condition {condition}: only a condition of sliding can have an energy bound"
+            f"yield condition {condition} has an energy bound, but only conditions of sliding can have one"
             for condition in stray
         ]
 
@@ -188,7 +188,9 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why multipliers d (3b,) and p (faces,) do not prove cost·q > least, or "".
+        """Return the reason why the multipliers d and p do not prove cost·q > least; "" if they prove it.
+
+        The multipliers have the shapes (3b,) and (faces,).
 
         Forces q are considered that are in equilibrium with 0 ≤ λ ≤ bound and have z ≥ 0, and z = 0 for the
         conditions ``held``. All these forces have cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with
@@ -196,7 +198,7 @@ class _Checker:
         """
         motion, rates = _exact(d), _exact(p)
         if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
-            return "a multiplier has the wrong sign, and the clause does not name its yield condition"
+            return "a multiplier is negative, although the clause does not name its yield condition"
         of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
         residual = max(
             (abs(a + own - b) for a, own, b in zip(of_motion, cost, of_rates, strict=True)),
@@ -209,7 +211,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause; "" if the proof is correct.
+        """Return the reason why a kinematic conflict does not prove its clause; "" if it proves the clause.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all
@@ -217,9 +219,11 @@ class _Checker:
         """
         forces, load_factor, weight = _exact(conflict.q), *_exact([conflict.load_factor, conflict.weight])
         if weight < 0:
-            return "the energy balance has a negative weight"
+            return "the weight of the energy balance is negative"
         if weight > 0 and None in self._energy:
-            return "the energy balance needs a lower bound for each condition, but a bound is missing"
+            return (
+                "the energy balance needs a lower bound of the energy at each condition, but one is missing"
+            )
         internal = self._B.times(forces)
         unbalanced = max(
             abs(own + load_factor * live + weight * dead)
@@ -235,9 +239,9 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return the fault of multipliers that prove nothing, or whose residual is too large; "" if none."""
+        """Return a fault if multipliers prove nothing, or if their residual is too large; otherwise ""."""
         if gain <= 0:
-            return f"the {kind} multipliers contradict nothing"
+            return f"the {kind} multipliers do not lead to a contradiction"
         if residual * Fraction(REACH) >= gain:
             return f"the residual of the {kind} multipliers is too large for a proof"
         if residual > 0:
@@ -253,7 +257,7 @@ class _Exact:
 
     @classmethod
     def of(cls, matrix: sp.csr_array) -> "_Exact":
-        """Return the matrix with its entries as exact numbers."""
+        """Convert the entries of a matrix to fractions, without rounding."""
         coo = matrix.tocoo()
         rows, columns, values = coo.row.tolist(), coo.col.tolist(), coo.data.tolist()
         return cls(matrix.shape, list(zip(rows, columns, map(Fraction, values), strict=True)))
@@ -285,6 +289,6 @@ def _dot(one: list[Fraction], other: list[Fraction]) -> Fraction:
 
 
 def _is_satisfiable(proof: Proof) -> bool:
-    """Return True if an assignment of the yield conditions satisfies all clauses of a proof."""
+    """Return True if some assignment of the yield conditions satisfies all clauses of a proof."""
     with Glucose4(bootstrap_with=proof.clauses()) as solver:
         return bool(solver.solve())

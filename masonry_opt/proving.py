@@ -17,7 +17,7 @@ from masonry_opt.suitability import refuse_without_live_load
 
 @dataclass(frozen=True)
 class LeastLoadFactor:
-    """Lowest load factor found, with a proof that no collapse state has a lower load factor.
+    """Lowest load factor that was found, and the proof that no collapse state has a lower load factor.
 
     If no state was found, a proof shows that no state has a load factor from 0 to ``proof.bound``.
 
@@ -44,7 +44,7 @@ class LeastLoadFactor:
         return f"λ = {self.load_factor:.6g} is the least load factor, proven by {conflicts}"
 
     def _without_proof(self) -> str:
-        """Return the text of a search that ended without a proof."""
+        """Return the text to print if the search ended without a proof."""
         if self.load_factor is None:
             return f"no collapse state was found, and there is no proof by conflicts: {self.why}"
         return (
@@ -55,7 +55,7 @@ class LeastLoadFactor:
 
 @suggests_arguments
 def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFactor:
-    """Search for the least Coulomb load factor of a plane scene, and prove that it is the least.
+    """Find the least load factor of a plane scene with Coulomb friction, and prove that none is lower.
 
     The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
     The proof needs no bound on forces or rates. Scenes of up to about 25 joints are proven within seconds.

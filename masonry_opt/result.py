@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: Attributes that ``as_dict`` lists first, in this order; the tables follow.
+#: Attributes of the result in the order in which ``as_dict`` lists them, before the tables.
 _DICTIONARY_NAMES = (
     "case",
     "load_case",
@@ -96,7 +96,7 @@ class Result(Outcome):
 
     @property
     def size(self) -> Size:
-        """Sizes of the scene and of the linear program, and the parts of the scene not modelled."""
+        """Sizes of the scene and of the linear program, and the parts of the scene that are not modelled."""
         return replace(super().size, left_out=left_out(self.assembly))
 
     @property
@@ -112,25 +112,23 @@ class Result(Outcome):
 
     @property
     def summary(self) -> str:
-        """Text that ``print`` shows: load factors, how certain each is, and the moving blocks."""
+        """Text that ``print`` shows: the load factors with their certainty, and the moving blocks."""
         return summary(self)
 
     @property
     def details(self) -> str:
-        """Summary with residuals, sizes of programs, solvers and times."""
+        """Text of the summary, extended by residuals, sizes of programs, solvers and times."""
         return summary(self, technical=True)
 
     def required(self) -> float:
-        """Return the load factor of the result.
-
-        Raises NoLoadFactorError if the result has no load factor.
+        """Return the load factor of the result, and raise NoLoadFactorError if there is none.
 
         The message of the error has the case, the status, the reasons and the warnings.
         """
         if self.stability is not None:
             raise NoLoadFactorError(
                 f"{self.case}: the scene is stable, but it has no load factor, because no live load acts: "
-                "give a live load, such as 'live' of a block"
+                "add a live load, such as 'live' of a block"
             )
         if self.load_factor is None:
             warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
@@ -164,7 +162,7 @@ class Result(Outcome):
             If the result has no picture of this kind, or the picture shows no names. If the view is not two
             angles, or the scene is in the plane and a view is given.
         """
-        # Import Matplotlib only for pictures, because the import takes time.
+        # Matplotlib is imported only for a picture, because its import is slow.
         from masonry_opt.drawing.pictures import result_picture
 
         return result_picture(self, kind, names, view)
@@ -227,14 +225,14 @@ class Result(Outcome):
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
-        """Return the tables of joints and, in space, of contact points, with the limits of their forces."""
+        """Return the table of joints and, in space, of contact points, each with the limits of forces."""
         limits = limit_columns(self.assembly, self.solution)
         if self.contacts is not None:
             return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces with their lines of action; None if the table is empty."""
+        """Add lines of action to a table of limited forces, such as ties; None if the table is empty."""
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
@@ -243,7 +241,7 @@ class Result(Outcome):
 
 
 class HasWarnings(Protocol):
-    """Interface of answers that have warnings, such as a result or a crossing."""
+    """Protocol for objects that have warnings, such as a result or a crossing."""
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
@@ -251,7 +249,7 @@ class HasWarnings(Protocol):
 
 
 def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
-    """Return the warning records of several answers, without repeating the warnings of later answers.
+    """Return the warning records of several answers; warnings that later answers repeat are omitted.
 
     For each code, the records of the first answer with this code are returned.
     """
@@ -268,6 +266,6 @@ def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
 def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
-    """Return a result that combines a solution, the names and units of its scene, and the effort."""
+    """Return a result, which adds the names and units of the scene, and the effort, to a solution."""
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
     return Result(**named, assembly=assembly, solution=solution, **effort.counts())

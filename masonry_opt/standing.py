@@ -26,14 +26,14 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Largest number of joints for which equilibrium with elastic contacts is the first test of stability under
-#: the dead load. In larger scenes a linear program comes first, because it finds instability faster.
+#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. For
+#: larger scenes, a linear program is the first test, because it finds instability faster.
 _MOST_JOINTS_AT_REST = 500
 
 
 @dataclass(frozen=True)
 class DeadLoadCheck:
-    """Check of one scene under its dead load, with the method and the caches of a session."""
+    """Check if one scene is stable under its dead load, with the method and the cache of a session."""
 
     assembly: Assembly
     how: HowToSolve  #: method, solver and options
@@ -42,13 +42,14 @@ class DeadLoadCheck:
 
     @property
     def _follows_load_history(self) -> bool:
-        """True if the analysis computes a load history, in which the live load is raised to collapse."""
+        """True if the analysis computes a load history: it raises the live load until the scene collapses."""
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return the solution of a scene that is unstable under its dead load; None if it is stable."""
+        """Return a solution that says why the scene is unstable under its dead load; None if it is stable."""
         self.effort.begins("stability under the dead load")
-        # The result includes the solver and the time of this check, but not the number of its programs.
+        # The programs of this check are counted separately, so the result includes its time and solver, but
+        # not their number.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_carried_at_rest(own_effort):
@@ -56,7 +57,7 @@ class DeadLoadCheck:
         return self._decide_by_program(own_effort)[0]
 
     def answer(self) -> Solution:
-        """Return the solution of a scene without live load: stable with its reserves, or unstable."""
+        """Return the solution of a scene without live load: stable, with its reserves, or unstable."""
         self.effort.begins("stability under the dead load")
         own_effort = self.effort.beside()
         is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
@@ -75,7 +76,7 @@ class DeadLoadCheck:
             return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
 
     def _stable(self, forces: np.ndarray, elastic: bool, effort: Effort) -> Solution:
-        """Return the solution of a stable scene, from joint forces (3c + t,) that carry the dead load."""
+        """Return the solution of a stable scene; ``forces`` carry its dead load, shape (3c + t,)."""
         from masonry_opt.stability.reserves import geometric_margin, least_friction_factor
 
         problem, solver = self.assembly.problem.by_cone, self.how.of_dead_load
@@ -100,7 +101,9 @@ class DeadLoadCheck:
         return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
 
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
-        """Return the solution of an unstable scene, or forces (3c + t,) that carry the dead load.
+        """Decide by programs if a scene is stable under its dead load.
+
+        Return the solution of an unstable scene, or forces, shape (3c + t,), that carry the dead load.
 
         Exactly one of the two values is not None. If the solver cannot decide, the solution states why.
         """
@@ -124,7 +127,9 @@ class DeadLoadCheck:
         return replace(solution, found=found, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
-        """Return the solution of a scene that is stable only by wedging forces that no load causes, or None.
+        """Check if a scene is stable only because blocks are wedged by forces that no load causes.
+
+        If so, return the solution of an unstable scene; otherwise None.
 
         Programs find forces that carry the dead load of such a scene, but elastic contacts that start without
         forces do not come to rest, and an exact state of collapse exists. Methods with associative flow do
@@ -150,10 +155,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return the forces (3c + t,) of elastic contacts in equilibrium with the dead load.
-
-        None if unknown.
-        """
+        """Return forces of elastic contacts that carry the dead load, shape (3c + t,); None if unknown."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None
@@ -165,7 +167,7 @@ class DeadLoadCheck:
         return forces
 
     def _is_carried_at_rest(self, effort: Effort) -> bool:
-        """Return True if elastic contacts are found in equilibrium with the dead load.
+        """Return True if forces of elastic contacts that carry the dead load were found.
 
         The forces are computed only for small scenes. They are not computed if the session keeps programs,
         because forces of earlier scenes then decide at once.

@@ -5,7 +5,7 @@ from masonry_opt.methods.task import Method
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 
-#: Map from the dimension (2 or 3) to the description of the keys of a case file that define a live load.
+#: Keys of a case file that define a live load, as part of a message, by dimension (2 or 3).
 _LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]' in a block or a [[load]], 'live_per_weight' in a [wall], an [[edge_load]] of kind "
     '"live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
@@ -20,7 +20,7 @@ def refuse_without_live_load(assembly: Assembly) -> None:
 
 
 def asks_for_stability(assembly: Assembly) -> bool:
-    """Return True if a scene has no live load at all: the analysis then decides if the scene is stable.
+    """Return True if a scene has no live load, so the analysis must decide if the scene is stable.
 
     Axles that move, and a load case, are live loads even if they act on no block.
 
@@ -51,9 +51,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     scene.refuse_without_case()
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
-        raise OptionError(
-            f"{scene.origin}: {named} does not support blocks that are solids: choose another method"
-        )
+        raise OptionError(f"{scene.origin}: {named} does not support scenes in space: choose another method")
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
     dilatancy = (
         f"{named} does not support dilatancy that falls with stress: use method 'nonassociative', or omit "
@@ -71,20 +69,20 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 
 
 def _without_live_load(scene: Scene) -> str:
-    """Return the error message, with advice, for a scene in which no block carries a live load."""
+    """Return an error message, with a remedy, for a scene in which no block carries a live load."""
     case = scene.load_case
     prefix = f"load case '{case.name}': " if case is not None else ""
     if scene.factor_of_axles and (scene.axles or case is not None):
         return (
-            f"{prefix}the only live loads are axles that move: use 'crossing' (in Python mo.crossing), which "
-            "finds the worst position of the axles"
+            f"{prefix}the only live loads are axles that move: use 'crossing' (in Python mo.crossing), "
+            "which finds the worst position of the axles"
         )
     if case is not None:
         return (
-            f"{prefix}none of its live loads ({case}) acts on a block: name another group of loads, or add "
+            f"{prefix}none of the live loads ({case}) acts on a block: name another group of loads, or add "
             "loads to these groups"
         )
     return (
-        f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without live "
-        "load, 'solve' computes only whether the scene is stable"
+        f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without "
+        "live load, 'solve' decides if the scene is stable"
     )

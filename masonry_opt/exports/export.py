@@ -39,32 +39,29 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 
-#: Upper bound ε of the products z p of slack and rate, which replaces complementarity z p = 0. The bound must
-#: be larger than the feasibility tolerance of solvers, and small compared with a load factor.
+#: Upper bound ε of each product z p of a slack and a rate: z p ≤ ε replaces complementarity, z p = 0. The
+#: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
-#: Program that is declared in Pyomo, and the comment lines for its file.
+#: Pyomo program, and the comment lines for the file of the program.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Return the static program, eq.
-
-    (9), or the kinematic program, eq. (10), and the comments for its file.
-    """
+    """Return the static or the kinematic program, eqs (9) and (10), and the comment lines for its file."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Return the mixed complementarity problem, which has no objective, and the comments for its file."""
+    """Return the mixed complementarity problem of a scene, and the comment lines for its file."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
     return model.program, ["no objective, because every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and the comments for its file."""
+    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and the comment lines for its file."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
     comment = f"complementarity is relaxed: each product of slack and rate is at most {EPSILON:g}"
@@ -72,7 +69,7 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Return the mixed-integer program for the least load factor, and the comments for its file.
+    """Return the mixed-integer program of the least load factor, and the comment lines for its file.
 
     The program has a binary variable for each yield condition. The bounds of its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
@@ -87,14 +84,14 @@ def _global(assembly: Assembly) -> Declared:
     highest = a_little_above(associative)
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
-    rates = "follows from kinematics" if bounds.rates_derived else "is assumed"
-    forces = "follow from statics" if bounds.forces_derived else "are assumed if statics give no limit"
-    # The opening at a rocking condition is twice its rate. The limit of its rate is therefore half the limit
-    # of the openings.
+    rates = "a limit that follows from kinematics" if bounds.rates_derived else "an assumed limit"
+    forces = "derived from statics" if bounds.forces_derived else "assumed values if statics give no limit"
+    # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
+    # openings.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
-    # With the upper bound n̂ of normal forces, each slack is at most 2 (c + μ n̂) for sliding and 2 n̂ for
-    # rocking.
+    # If n̂ is the upper bound of the normal force of a joint, the slack of its sliding conditions is at most
+    # 2 (c + μ n̂), and the slack of its rocking conditions is at most 2 n̂.
     most_slack = 2 * bounds.normal[problem.face_joint]
     limits = ShearLimits.true(problem).at(bounds.normal[problem.sliding])
     most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
@@ -102,39 +99,40 @@ def _global(assembly: Assembly) -> Declared:
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
-        f"the sum of slips and edge openings is at most {bounds.rates:.9g}, which {rates}",
-        f"the limits of the forces {forces}",
+        f"the sum of all slips and edge openings is at most {bounds.rates:.9g}, {rates}",
+        f"the limits of the forces are {forces}",
     ]
 
 
 def _objective(words: str, problem: Problem) -> str:
-    """Return the comment line that explains the objective and its scaling by the live load."""
+    """Return the comment of a file that states the objective and the factor by which it is multiplied."""
     by_size = problem.layout.round
     terms = "the magnitudes of live forces and moments" if by_size else "all absolute live load components"
-    return f"objective: {words} times {problem.live_norm!r}, the sum of {terms}"
+    return f"the objective is {words} times {problem.live_norm!r}, which is the sum of {terms}"
 
 
-#: Functions that declare a program for export, by the name of the method.
+#: Map from the name of a method to the function that declares its program.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
-    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism (its minimum is load_factor)"),
+    "kinematic": partial(_associative, PyomoKinematic, "the work of a mechanism (minimum: load_factor)"),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
 }
 
-#: Map from Pyomo's names of the parts of a complementary pair to the names in the file: "z" is the slack,
-#: "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the row paired
-#: with the rate.
+#: Map from the names that Pyomo gives to the parts of a complementary pair to the names in the file. "z" is
+#: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
+#: row that is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Prefix of the names of variables and rows that belong to yield conditions, by component of the program.
+#: Components of a program that have one variable or row for each yield condition, and the prefix of the names
+#: of these variables or rows.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-#: Names of the components of the program that have a single variable or row.
+#: Names of the components of a program that consist of a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
-    """Return unique names of the variables, rows and objective of a program, keyed by the objects' ``id``."""
+    """Return a dictionary from the ``id`` of each variable, row and objective to its unique name."""
     names = assembly.problem_names(legal)
     faces = names.conditions
     by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
@@ -154,16 +152,16 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the text of an LP file (CPLEX format), keyed by its ending."""
+    """Return the program as the text of an LP file (CPLEX format), in a dictionary with key ".lp"."""
     text = io.StringIO()
-    # The labeller must accept unknown variables, because Pyomo adds a variable with coefficient 0 to empty
-    # rows.
+    # Pyomo adds a variable with coefficient 0 to empty rows, so the labeller must accept a variable that has
+    # no entry in ``names``.
     LPWriter().write(program, text, labeler=lambda data: names.get(id(data), str(data)))
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
 def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the text of a file in free MPS format, keyed by its ending."""
+    """Return the program as the text of a file in free MPS format, in a dictionary with key ".mps"."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
         labelled = {"labeler": lambda data: names[id(data)]}
@@ -172,8 +170,9 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
 
 
 def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
-    """Return the texts of three files: an AMPL NL file, its row names, and its column names."""
-    # An NL file can have a comment only in its first line. Pyomo writes the name of the program there.
+    """Return the texts of an AMPL NL file and of its two lists of names, keyed by the file endings."""
+    # In an NL file only the first line can contain a comment. Pyomo writes the name of the program to this
+    # line, so the header is stored as the name.
     program.name = "; ".join(header)
     text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
@@ -182,12 +181,13 @@ def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) ->
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
     rows = "".join(lines(written.constraints, written.objectives))
-    # The .nl file is written last, so that the lists of names exist if the .nl file exists.
+    # The files are written in this order. The .nl file is last, so its two lists of names always exist when
+    # it appears.
     return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
 
 
 def _comments(mark: str, lines: list[str]) -> str:
-    """Return lines as comments, each with the comment mark of the file format."""
+    """Return the lines as one text, with the comment mark of the file format before each line."""
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
@@ -206,7 +206,7 @@ def export(
     *,
     moved: float | None = None,
 ) -> tuple[Path, ...]:
-    """Write the optimisation program of a method, the clauses of a proof, or the solids of a scene to a file.
+    """Write the optimisation program of a method, the clauses of a proof, or solids to a file.
 
     In the file of a program, rows and columns are named by their kind and their blocks. The units are those
     of :class:`~masonry_opt.problem.problem.Problem`, and λ is that of the scene; see
@@ -260,8 +260,8 @@ def export(
     if ending in SOLID_ENDS:
         if method is not None:
             raise OptionError(
-                f"{path}: 'method' cannot be used for a file of solids: omit 'method', and pass a result to "
-                "write its mechanism"
+                f"{path}: 'method' cannot be used for a file of solids: omit 'method'; to write the "
+                "mechanism of a method, pass its result"
             )
         refuse_unwritable(path, force)
         solids = scene if isinstance(scene, Result) else as_scene(scene)
@@ -269,8 +269,7 @@ def export(
         return (path,)
     if moved is not None:
         raise OptionError(
-            f"{path}: 'moved' can be used only for files of meshes ({', '.join(SOLID_ENDS[1:])}): omit "
-            "'moved'"
+            f"{path}: 'moved' can be used only for mesh files ({', '.join(SOLID_ENDS[1:])}): omit 'moved'"
         )
     if ending == CLAUSES_END:
         if method is not None:
@@ -281,8 +280,8 @@ def export(
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Some methods iterate if dilatancy depends on stress. A single exported program cannot iterate, so that
-    # it needs constant dilatancy.
+    # If dilatancy depends on stress, some methods solve several programs. A single exported program requires
+    # constant dilatancy.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
@@ -297,7 +296,7 @@ def export(
 
 
 def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
-    """Return the text of a DIMACS file with the clauses of a proof and a comment for each variable.
+    """Return the clauses of a proof as the text of a DIMACS file, with a comment for each variable.
 
     If a result has a proof, this proof is written; otherwise a proof is computed. Raises OptionError if no
     proof is found.
@@ -318,7 +317,7 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
 
 
 def _refuse_program(path: Path, method: str, force: bool) -> None:
-    """Raise OptionError if a method has no program, or its program cannot be written to a file."""
+    """Raise OptionError if a method has no single program, or if the file cannot contain its program."""
     ending = path.suffix.lower()
     if method not in _EXPORTS:
         if method not in METHODS:
@@ -327,12 +326,12 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
             f"method '{method}' solves a series of programs, which cannot be written to one file: choose one "
             f"of {', '.join(_EXPORTS)}"
         )
-    # Only the .nl format can represent products of variables and complementary pairs.
+    # Only the .nl format can represent products of variables (mpec) and complementary pairs (mcp).
     endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
     if ending not in endings:
         note = f"files of solids end in {', '.join(SOLID_ENDS)}"
         if ending in _WRITERS:
-            note = f"a {ending} file can contain linear programs only"
+            note = f"a {ending} file can contain only linear programs, with or without binary variables"
         raise OptionError(
             f"{path}: the file name for the program of method '{method}' must end in {', '.join(endings)} "
             f"({note})"
@@ -344,7 +343,7 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
 
 
 def _header(contents: str, assembly: Assembly) -> list[str]:
-    """Return the comment lines at the top of a file in ASCII: contents, case, sizes and units."""
+    """Return the comment lines at the top of a file: its contents, the case, sizes and units, in ASCII."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     points = f", contact points: {problem.joints}" if problem.layout.round else ""
@@ -353,7 +352,7 @@ def _header(contents: str, assembly: Assembly) -> list[str]:
         f"{MARK}: {contents} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
-        f"units: force {problem.force_unit!r}, length {problem.length_unit!r} in units of the case; the load "
-        "factor is the same as in the case",
+        f"the unit of force is {problem.force_unit!r}, and the unit of length is {problem.length_unit!r}, in "
+        "units of the case; the load factor is the same as in the case",
     ]
     return [line.encode("ascii", "replace").decode() for line in lines]

@@ -26,12 +26,12 @@ _SUPPORT = "fixed"  #: Prefix of the names of supports in mesh files.
 #: Block as a tuple: its name, True if the block is fixed, its corners, and its faces. A face is a list of
 #: corner indices whose normal points outwards.
 _Body = tuple[str, bool, np.ndarray, list[list[int]]]
-#: Rotation of the vertical z axis of a scene to the y axis, which is vertical in glTF.
+#: Rotation matrix that turns the vertical z axis of a scene into the vertical axis of glTF, y.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | bytes:
-    """Return the content of a file with the solids of a scene or result.
+    """Return the content of a file that contains the blocks of a scene or result as solids.
 
     Raises OptionError if the scene has no solids, the share is wrong, or trimesh is missing.
 
@@ -51,12 +51,14 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
     if end == ".json":
         if share is not None:
             raise OptionError(
-                "COMPAS data contains blocks at rest, and their displacements as attributes: omit 'moved'"
+                "a COMPAS file contains the blocks at rest, with displacements as attributes: omit 'moved'"
             )
         return _compas(result.assembly if result else assemble(scene), result)
     number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
     if share is not None and not number:
-        raise OptionError(f"'moved' must be a number, the fraction of the full motion (found {share!r})")
+        raise OptionError(
+            f"'moved' must be a number that states the fraction of the full motion (found {share!r})"
+        )
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):
         raise OptionError("'moved' needs a motion: omit 'moved', or pass a result with a mechanism")
@@ -69,7 +71,9 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
-    """Return the displaced blocks. The names of supports begin with the prefix "fixed".
+    """Return all blocks of a scene, displaced by a given motion.
+
+    The prefix "fixed" is added to the names of supports.
 
     ``motion`` has shape (blocks, 6), with rotations about ``origin``.
     """
@@ -84,7 +88,10 @@ def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the corners and faces of all parts of a block. Each part is closed, with normals outwards."""
+    """Return the corners and faces of a block that consists of several polyhedra.
+
+    The normals of all faces point outwards.
+    """
     corners: list[np.ndarray] = []
     faces: list[list[int]] = []
     for part in parts:
@@ -107,10 +114,10 @@ def _obj(bodies: list[_Body]) -> str:
 
 def _gltf(bodies: list[_Body], end: str) -> str | bytes:
     """Return the content of a glTF file: binary (.glb), or text (.gltf) with embedded buffers."""
-    trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
+    trimesh = library("trimesh", "glTF files need trimesh: install it with pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
-        # Faces are convex, so a fan of triangles from the first corner covers each face.
+        # Each face is convex, so a fan of triangles that share its first corner covers it.
         triangles = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, triangles, process=False)
         colour = trimesh.visual.color.hex_to_rgba(SUPPORT_COLOUR if fixed else BLOCK)
@@ -126,7 +133,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """Return the JSON of an Assembly of the library compas_assembly, with joints as interfaces.
+    """Return the scene as JSON of the class Assembly of compas_assembly, with joints as interfaces.
 
     With a result, the interfaces contain the forces on the first block at each contact point, and the
     velocities are written as displacements. ``c_np - c_nn`` is the force along the z axis of the interface,
@@ -156,12 +163,12 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
-    """Return COMPAS data together with the name of its type."""
+    """Return data with the name of its COMPAS type, as COMPAS stores objects in JSON."""
     return {"dtype": kind, "data": data}
 
 
 def _mesh(block: Solid) -> dict[str, Any]:
-    """Return the data of a COMPAS mesh of a block."""
+    """Return the mesh of a block in the JSON form of COMPAS."""
     corners, faces = _joined(block.polyhedra)
     points = [dict(zip("xyz", corner, strict=True)) for corner in corners.tolist()]
     mesh: dict[str, Any] = {"attributes": {"name": block.name}}
@@ -173,7 +180,7 @@ def _mesh(block: Solid) -> dict[str, Any]:
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
-    """Return a COMPAS interface for each joint.
+    """Return one COMPAS interface, a contact face with forces, for each joint.
 
     If the result has forces, the interfaces contain the forces.
     """

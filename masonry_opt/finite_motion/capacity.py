@@ -36,18 +36,18 @@ from masonry_opt.solution.thresholds import MOVES
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
-#: Largest relative difference between the live load and the weight of the loaded blocks with which a
-#: kinematic check is made. A larger difference raises an error.
+#: A kinematic check raises an error if the live load differs from the weight of the loaded blocks by more
+#: than this share.
 _WEIGHT_TOLERANCE = 1e-2
-#: Largest vertical share at which the live load of a kinematic check counts as horizontal. A larger share
-#: raises an error.
+#: A kinematic check raises an error if the vertical part of a live force exceeds this share of the largest
+#: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Map from the code of each event that a plot of the curve marks to its legend entry, colour and marker.
+#: Events that a plot of the curve marks: code of the event, and its legend entry, colour and marker.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
-#: Names of the parts of a scene that prevent a capacity curve, by the role of their forces.
+#: Tables of a case file that may prevent a capacity curve, by the role of the forces that they define.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -59,7 +59,7 @@ _NOT_FOLLOWED = {
 def capacity(
     result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
-    """Return the capacity curve of a result, from the onset of collapse down to λ = 0.
+    """Compute the capacity curve of a result, from the onset of collapse down to λ = 0.
 
     The curve is the load factor λ over the displacement of a control point.
 
@@ -99,8 +99,8 @@ def capacity(
     if not isinstance(result, Result):
         raise OptionError("the capacity curve needs a result: call mo.capacity(mo.solve(scene))")
     if result.stability:
-        needed = "a capacity curve needs a live load, such as 'live' of a block"
-        raise OptionError(f"{result.case}: the scene is stable, but no live load acts: {needed}")
+        needed = "a capacity curve needs a live load: add a live load, such as 'live' of a block"
+        raise OptionError(f"{result.case}: the scene is stable and has no live load, but {needed}")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     _refuse_parts_not_followed(result)
@@ -117,12 +117,12 @@ def capacity(
 
 
 def _refuse_parts_not_followed(result: Result) -> None:
-    """Raise OptionError if a support settles, or if parts of the scene prevent a capacity curve."""
+    """Raise OptionError if the scene has settling supports or other parts that prevent a capacity curve."""
     assembly = result.assembly
     if any(force.role is Role.SUPPORT for force in assembly.limited):
         raise OptionError(
-            f"{result.case}: a capacity curve needs supports at rest, but a support of this result settles: "
-            "use a result of mo.solve, with 'settled' if supports have settled before"
+            f"{result.case}: a capacity curve is not possible for a result in which a support settles: use a "
+            "result of mo.solve, whose option 'settled' moves supports before the live load acts"
         )
     not_followed = _not_followed(assembly)
     if not not_followed:
@@ -130,12 +130,12 @@ def _refuse_parts_not_followed(result: Result) -> None:
     where = "in the plane" if assembly.scene.dimension == 2 else "in space"
     parts = " and ".join(f"{part} {some(names)}".strip() for part, names in not_followed.items())
     is_one = sum(max(len(names), 1) for names in not_followed.values()) == 1
-    instead = f"omit {'it' if is_one else 'them'}, or compute only the load factor with 'solve'"
-    raise OptionError(f"{result.case}: a capacity curve {where} cannot follow {parts}: {instead}")
+    instead = f"omit {'it' if is_one else 'them'}, or use 'solve' to compute only the load factor"
+    raise OptionError(f"{result.case}: a capacity curve {where} cannot take account of {parts}: {instead}")
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the parts of a scene that prevent a capacity curve, each with the names of its ties or props.
+    """Return the parts of a scene that prevent a capacity curve; ties and props with their names.
 
     In space, ties and props do not prevent a curve.
     """
@@ -222,7 +222,7 @@ class Capacity:
         return pd.DataFrame([self._row(number) for number in range(len(self.steps))])
 
     def _row(self, number: int) -> dict[str, Any]:
-        """Return the values of one state of the curve, which are one row of ``table``."""
+        """Return the row of ``table`` for one state of the curve, as a dictionary."""
         step, poses, states = self.steps[number], self.poses(number), self.joints(number)["state"]
         acting = self.control, self.dead, self.live
         control, dead, live = (_work(forces, moved(forces, poses).point) for forces in acting)
@@ -234,7 +234,7 @@ class Capacity:
         return row | {"event": event, "pairs": values.get("pairs", [])}
 
     def joints(self, row: int = -1) -> pd.DataFrame:
-        """Return a table of the joints in one state of the curve, with one row for each joint.
+        """Return a table with one row for each joint, in one state of the curve.
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
@@ -248,8 +248,8 @@ class Capacity:
         state = np.full(len(points), "separated", dtype="<U9")
         state[touching > 0] = "hinged"
         state[(touching > 0) & (touching == points)] = "closed"
-        # A corner of one block on an edge of another block has one contact point. The joint is a hinge while
-        # this point is closed.
+        # If a corner of a block touches an edge of another block, the joint has only one contact point. Such
+        # a joint is a hinge as long as its point is closed.
         hinged = (state == "hinged") | ((touching == 1) & (points == 1))
         position = placed(at, step.poses[joints.first]) + assembly.geometry.origin
         position[~hinged] = np.nan
@@ -265,11 +265,10 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes of the live forces, rates of their points, and rate of the control point, at the onset.
+        """Magnitudes and rates of the live forces at the onset of collapse, and rate of the control point.
 
-        The first two have shape (f,).
-
-        Rates are measured along the forces.
+        Magnitudes and rates of the forces have shape (f,). The rate of a force is the rate of its point of
+        action along the force.
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -279,7 +278,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and rates of the live forces on moving blocks, and rate of the control point.
+        """Same values as ``_onset``, but only for the live forces on blocks that move.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """
@@ -301,7 +300,7 @@ class Capacity:
         ultimate: float | None = None,
         secant: float | None = None,
     ) -> KinematicCheck:
-        """Make the linear and non-linear kinematic checks of the Italian building code for an earthquake.
+        """Make the linear and the non-linear kinematic check of an earthquake by the Italian building code.
 
         The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008), or those of Circolare
         7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8 (NTC 2018). The live load must be that of 1 g: horizontal forces
@@ -340,12 +339,16 @@ class Capacity:
             )
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
-            raise NoLoadFactorError(f"{case}: there is no curve to check: {self.message}")
+            raise NoLoadFactorError(
+                f"{case}: the check needs a state after the onset, but the curve has none: {self.message}"
+            )
         share = self._share_of_weight() if quake is None else None
         if share is not None:
-            needed = "the check needs a horizontal live load on every mass, equal to its weight"
-            found = f"this live load is {share:.3g} times the weight of the loaded blocks, or not horizontal"
-            ways = "use 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
+            needed = "the check needs a horizontal live load on each block, equal to the block's weight"
+            found = (
+                f"the live load is {share:.3g} times the weight of the loaded blocks, or it is not horizontal"
+            )
+            ways = "specify 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
             raise OptionError(f"{case}: {needed}: {found}: {ways}")
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
@@ -368,7 +371,7 @@ class Capacity:
         return None if level and abs(share - 1) <= _WEIGHT_TOLERANCE else share
 
     def plot(self, row: int | None = None) -> "Picture":
-        """Return a matplotlib figure of the curve or, if ``row`` is specified, of the displaced blocks.
+        """Return a matplotlib figure of the curve; if ``row`` is specified, a figure of the displaced blocks.
 
         The blocks are drawn in the state of row ``row`` of ``table``. Raises OptionError if the table has no
         such row.
@@ -382,8 +385,9 @@ class Capacity:
         return self._displaced(row)
 
     def _curve(self) -> "Picture":
-        """Return a plot of λ over the displacement of the control point."""
-        # Importing matplotlib takes longer than computing most curves, so it is imported only for a plot.
+        """Plot λ over the displacement of the control point."""
+        # matplotlib is imported only for a plot, because its import takes longer than the computation of most
+        # curves.
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, mover = self.table, "the live load" if self.control is self.live else "the control point"
@@ -393,7 +397,8 @@ class Capacity:
             picture, axes = curve_axes(
                 scene, heading, f"displacement of {mover}, in the length unit of the case"
             )
-            marker = "o" if len(table) == 1 else ""  # a line with a single point would be invisible
+            # A line of a single point would be invisible without a marker.
+            marker = "o" if len(table) == 1 else ""
             axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
             axes.axhline(0.0, color=HATCH, linewidth=0.6)
             axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
@@ -407,7 +412,7 @@ class Capacity:
         return picture
 
     def _displaced(self, row: int) -> "Picture":
-        """Return a plot, to scale, of the displaced blocks in one state of the curve."""
+        """Plot the displaced blocks to scale, in one state of the curve."""
         from masonry_opt.drawing.pictures import elements_picture
 
         assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
@@ -428,7 +433,7 @@ class Capacity:
             sides = np.concatenate([placed(ends, poses[block][:, None]) for block in blocks])
             marks.append(Marks("separates", "separated joint", "line", SEPARATING_COLOUR, 1.6, sides))
         at = numeral(state["displacement"], ".4g")
-        heading = f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of {at}, to scale"
+        heading = f"blocks to scale at λ = {numeral(state['load_factor'], '.5f')} and a displacement of {at}"
         return elements_picture(
             Elements(displaced_assembly, heading, "", 0 * poses, [], {"mechanism": marks})
         )
@@ -443,14 +448,14 @@ class Capacity:
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings about probable mistakes in the scene, as sentences."""
+        """Sentences that warn of probable mistakes in the scene."""
         return self.result.warning_sentences
 
     def __str__(self) -> str:
         return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the curve, as a dict from the label of each line to its text."""
+        """Return the lines that ``print`` shows, as a dictionary from the label of each line to its text."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {
@@ -490,5 +495,5 @@ def _size(forces: Forces) -> float:
 
 
 def _work(forces: Forces, points: np.ndarray) -> float:
-    """Return the work of constant forces whose points of action move to ``points``, shape (f, 2 or 3)."""
+    """Return the work of constant forces as their points of action move to ``points``, shape (f, 2 or 3)."""
     return float(dots(forces.force, points - forces.point).sum())

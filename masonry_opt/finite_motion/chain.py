@@ -7,21 +7,21 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: Ratio of a singular value to the largest one below which the singular value counts as zero. Joints that
-#: share a hinge make the equations linearly dependent.
+#: A singular value below this share of the largest singular value counts as zero. The equations are linearly
+#: dependent if joints share a hinge.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step.
 _NEWTON_ITERATIONS = 12
 #: Scaled residual below which Newton's method has converged.
 _CONVERGED = 1e-13
-#: Scaled residual below which Newton's method also stops if rounding errors prevent further improvement.
+#: Scaled residual below which Newton's method may also stop, if rounding errors prevent a smaller residual.
 _STALLED = 1e-10
-#: Scaled residual above which Newton's method counts as divergent and stops.
+#: Scaled residual above which Newton's method stops, because it diverges.
 _DIVERGED = 1e3
 
 
 class Chain:
-    """Rigid bodies connected by hinges, and their equations of equilibrium at finite rotations.
+    """Chain of rigid bodies with hinges, and its equations of equilibrium at finite rotations.
 
     A body consists of blocks that are connected by closed joints. A hinge is a joint that touches only in one
     corner. The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
@@ -36,7 +36,7 @@ class Chain:
 
     def __init__(self, blocks: MovedBlocks, touch: np.ndarray) -> None:
         self.touch, self.body = touch, blocks.bodies(touch)
-        # Number of bodies that can move; it is also the index of the ground.
+        # Number of bodies that can move, which is also the index of the ground in arrays of bodies.
         self.count = int(self.body.max())
         body = self.body[blocks.movable]
         self.dead = body[blocks.dead.block], blocks.dead.point, blocks.dead.force
@@ -47,7 +47,7 @@ class Chain:
         self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> np.ndarray:
-        """Return the point of the equilibrium curve at the given poses of all blocks.
+        """Return the point of the equilibrium curve at which the blocks have given poses, shape (blocks, 3).
 
         Hinge forces and λ follow from equilibrium by least squares.
         """
@@ -67,7 +67,7 @@ class Chain:
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
-        """Return the tangents of the equilibrium curve at a point, shape (k, unknowns).
+        """Return the tangents of the equilibrium curve at a point, one in each row, shape (k, unknowns).
 
         The tangents span the null space of the Jacobian, restricted to poses and λ. There is no tangent if
         the bodies are locked, and there are several tangents at a bifurcation.
@@ -83,7 +83,7 @@ class Chain:
         return tangents
 
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-        """Return the point of the equilibrium curve at which ``row @ point == value``, by Newton's method.
+        """Find the point of the equilibrium curve with ``row @ point == value``, by Newton's method.
 
         The result is None if Newton's method does not converge.
         """
@@ -125,7 +125,7 @@ class Chain:
             gap += sign * placed(self.at, poses[body])
             G[hinge[:, None], [0, 1], body[:, None], [0, 1]] += sign
             G[hinge, :, body, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
-        # Columns of the bodies that can move, without the ground.
+        # Select the columns of the bodies that can move; the last body is the ground.
         G_free = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)
         residual = np.append(resultants[:-1, :3].ravel(), gap.ravel())
         jacobian = np.zeros((len(residual), len(residual) + 1))
@@ -138,7 +138,7 @@ class Chain:
 
     @staticmethod
     def _resultants(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return the sums of fx, fy, x × f and x · f over the forces on each body, shape (bodies + 1, 4).
+        """Return the sums of fx, fy, x × f and x · f over all forces f on each body, shape (bodies + 1, 4).
 
         Forces have constant directions. Their points of action move with the bodies; ``at`` are the points at
         rest. The last sum is the negative derivative of the moment with respect to the rotation of the body.

@@ -22,23 +22,23 @@ from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, ve
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import same
 
-#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. The deviation is
-#: relative to the speed of the fastest corner and to the size of the scene. With a larger value, more
-#: mechanisms count as rotations about an edge.
+#: Largest deviation of a mechanism from the rotation of one rigid body about an edge, relative to the speed
+#: of the fastest corner for velocities, and to the size of the scene for lengths. With a larger value, more
+#: mechanisms count as such a rotation.
 _ROTATION_TOLERANCE = 1e-3
-#: If λ grows without bound at an angle, the path ends before this angle, by this fraction of the angle.
+#: If λ grows without bound near an angle, the path ends earlier, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
-#: Smallest opening or slip rate, relative to the largest rate, at which a joint is reported as opening or
-#: sliding.
+#: A joint is reported as opening or sliding if its rate exceeds this share of the largest rate.
 _REPORTED_SHARE = 1e-3
-#: Number of angles between 0 and 90° at which moments are computed, to bracket the end of the path.
+#: Number of angles between 0 and 90° at which moments are computed to find an interval that contains the end
+#: of the path.
 _BRACKETING_ANGLES = 2000
-#: Angle (rad) of the finite difference that determines if ties and props lengthen or shorten.
+#: Small angle (rad) by which the body is rotated to determine if ties and props lengthen or shorten.
 _DIFFERENCE_ANGLE = 1e-6
 
 
 class EdgePath:
-    """Path of a mechanism in space in which one rigid body rotates about an edge.
+    """Equilibrium path of a mechanism in space: one rigid body rotates about an edge.
 
     Equilibrium of moments about the edge determines λ at every angle. A linear program verifies for each
     state that admissible contact forces exist. Poses are a translation and a rotation vector of each block,
@@ -73,7 +73,7 @@ class EdgePath:
             self.end = reason(Code.NOT_HINGING, associative=upper, pairs=[], turning=turning)
 
     def _find_edge(self, result: Result) -> None:
-        """Find the blocks that rotate, the joints between them and other blocks, and the edge of rotation."""
+        """Find the blocks that rotate, their joints with blocks at rest, and the edge of rotation."""
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
@@ -82,7 +82,7 @@ class EdgePath:
         if slides.any():
             pairs = assembly.pairs_of(np.flatnonzero(slides))
             sliding = some([f"'{first}'–'{second}'" for first, second in pairs])
-            raise OptionError(f"{refused}: here joints slide: {sliding}")
+            raise OptionError(f"{refused}, but in this mechanism joints slide: {sliding}")
         moving = moving_blocks(assembly, d)
         self.turns[assembly.movable[moving]] = True
         self.round = self.turns[joints.first] != self.turns[joints.second]
@@ -99,10 +99,12 @@ class EdgePath:
         deviation = lengths(velocities(assembly, d, corners[1], corners[0]) - rigid).max()
         tolerance = _ROTATION_TOLERANCE * fastest(assembly, d)
         if length <= _ROTATION_TOLERANCE * size or deviation > tolerance:
-            raise OptionError(f"{refused}: here several bodies move, or a body rotates about a point")
+            raise OptionError(
+                f"{refused}, but in this mechanism several bodies move, or a body rotates about a point"
+            )
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks and the ground after the body has rotated by an angle.
+        """Return the poses of all blocks, and of the ground, after the body has rotated by an angle.
 
         The shape is (blocks + 1, 6).
         """
@@ -134,7 +136,7 @@ class EdgePath:
         return struts
 
     def _moments(self, angle: float) -> tuple[float, float]:
-        """Return the resisting and the driving moment about the edge after a rotation of the body.
+        """Return the resisting and the driving moment about the edge at an angle of rotation.
 
         The resisting moment is that of dead loads, ties and props. The driving moment is that of the live
         load for λ = 1. λ is the ratio of both moments.
@@ -146,13 +148,14 @@ class EdgePath:
         )
         for strut, force in self._struts(angle):
             on_body = [action for action in strut.actions if self.turns[action.block]]
-            # A tie or prop has a moment on the body only if exactly one of its ends is on the body.
+            # A tie or prop exerts a moment on the body only if exactly one of its two ends is attached to the
+            # body.
             if len(on_body) == 1:
                 dead += force * float(np.cross(on_body[0].point - self.foot, on_body[0].force) @ self.axis)
         return -dead, live
 
     def _follow(self, count: int) -> Reason:
-        """Append ``count`` states up to the largest angle, and return the reason why the path ends.
+        """Compute ``count`` states up to the largest angle, and return the reason why the path ends.
 
         λ vanishes at the largest angle, or grows without bound just beyond it. The path ends earlier if
         blocks meet or no admissible forces exist.
@@ -163,7 +166,8 @@ class EdgePath:
             return reason(Code.LOCKS)
         bracket = angles[after - 1], angles[after]
         last = brentq(lambda angle: min(self._moments(angle)), *bracket, xtol=1e-15, rtol=1e-14)
-        # λ grows without bound at the angle at which the driving moment (index 1) vanishes.
+        # The path ends where the resisting moment (index 0) or the driving moment (index 1) vanishes. If it
+        # is the driving moment, λ grows without bound.
         locks = bool(np.argmin(self._moments(last)) == 1)
         if locks:
             last *= 1 - _POLE_DISTANCE
@@ -179,7 +183,7 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
-        """Return the reason why the path must end before an angle; None if the path can continue.
+        """Return the reason why the path ends before an angle; None if the path reaches this angle.
 
         The path ends if blocks overlap, or if no admissible forces exist, so that a joint opens or slides.
         """
@@ -194,7 +198,7 @@ class EdgePath:
         if violation <= BORNE:
             return None
         slips = problem.slip_speed(d)
-        # Opening rates without the opening due to slip.
+        # Opening rates at the contact points, without the opening that results from slip by associative flow.
         opens = problem.rates(d, problem.friction)[problem.table.rocks]
         if slips.max() > opens.max():
             speeds, code = slips, Code.JOINTS_SLIDE

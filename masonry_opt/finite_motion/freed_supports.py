@@ -50,7 +50,7 @@ def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) ->
 
 
 def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Return the reaction of supports at rest with elastic contacts, and the joint forces.
+    """Return the reaction of supports before they move, and the joint forces, with elastic contacts.
 
     The reaction is relative to the live load.
 
@@ -67,7 +67,8 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
     left = on_blocks + settling.dead - reaction * settling.live
     q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
-    # Set a reaction of the size of rounding errors to zero, because solvers would scale the loads by it.
+    # A reaction as small as rounding errors is set to zero, because solvers would scale the loads by this
+    # reaction.
     return reaction if abs(reaction) > ZERO else 0.0, q
 
 
@@ -90,8 +91,8 @@ def freed(
     """
     held = push is None
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
-    # Moments are expressed as couples with the length unit as lever arm, so all restraints are forces of
-    # similar size.
+    # A moment restraint is a couple of forces whose lever arm is the length unit, so all restraints have
+    # similar sizes.
     couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
     restraints: list[LimitedForce] = []
     previous = None
@@ -145,7 +146,7 @@ def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -
 
 
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
-    """Return the scene with movable supports, on which the only live loads act."""
+    """Return a scene with movable supports, whose live loads are replaced by pushes on the supports."""
     zero = (0.0,) * scene.dimension
     live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
     of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}
@@ -162,8 +163,8 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     fields: dict[str, Any] = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     fields |= {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    # Reference values are removed, because they belong to the live loads of the original scene.
+    # Reference values of the original scene are removed, because they belong to its live loads.
     fields["reference"] = {}
-    # The copy is not validated, because validation requires a fixed block, and here all blocks may be
+    # The copy is not validated, because validation requires a fixed block, but all blocks of the copy may be
     # movable.
     return BaseModel.model_copy(scene.with_load_case(None), update=fields)

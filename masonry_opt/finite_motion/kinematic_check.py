@@ -26,18 +26,18 @@ CONFIDENCE_FACTOR = 1.35
 
 @dataclass(frozen=True)
 class CodeRules:
-    """Parameters of the kinematic check for one building code and limit state."""
+    """Parameters of the kinematic check in one building code and limit state."""
 
-    ultimate: float  #: ultimate displacement d*_u, as a share of d*_0
-    secant: float  #: displacement d*_s of the secant period, as a share of d*_u
-    period: float  #: secant period T_s divided by √(d*_s / a*_s)
+    ultimate: float  #: ultimate displacement d*_u, as a share of the displacement d*_0 at λ = 0
+    secant: float  #: displacement d*_s that defines the secant period, as a share of d*_u
+    period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
     has_linear: bool  #: True if the code has a linear check in this limit state
-    #: True if the demand is the largest spectral displacement at periods up to the secant period. False if it
-    #: is the spectral displacement at the secant period.
+    #: If True, the demand is the largest spectral displacement at all periods up to the secant period. If
+    #: False, the demand is the spectral displacement at the secant period.
     is_largest_demand: bool
 
 
-#: Parameters by code and limit state: SLV is life safety, SLC is collapse prevention.
+#: Parameters of each building code and limit state. SLV is life safety, SLC is collapse prevention.
 CODES = {
     "NTC 2008": CodeRules(0.4, 0.4, 2 * math.pi, has_linear=True, is_largest_demand=False),
     "NTC 2018 SLV": CodeRules(0.4, 1.0, 1.68 * math.pi, has_linear=True, is_largest_demand=True),
@@ -47,7 +47,7 @@ CODES = {
 
 @dataclass(frozen=True)
 class KinematicCheck:
-    """Results of kinematic checks: capacity of a mechanism, and demand of an elastic response spectrum.
+    """Results of kinematic checks, which compare the capacity of a mechanism with the demand of a spectrum.
 
     The symbols are those of the code. P are the forces and δ their virtual displacements at the onset. The
     control point has the displacement d_k and the virtual displacement δ_k.
@@ -107,7 +107,7 @@ class KinematicCheck:
             verdict = "satisfied" if self.linear else "not satisfied"
             linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
         non_linear = "satisfied" if self.non_linear else "not satisfied"
-        short = "" if self.complete else " (the curve ends before λ = 0, so the true d*_0 is larger)"
+        short = "" if self.complete else " (d*_0 is larger, because the curve ends before λ = 0)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "check": self.code,
@@ -162,7 +162,7 @@ def kinematic_check(
     values: Mapping[str, float | str],
     rests_on: str,
 ) -> KinematicCheck:
-    """Make the linear and the non-linear kinematic check of a capacity curve.
+    """Make the linear and the non-linear kinematic check with the values of a capacity curve.
 
     Parameters
     ----------
@@ -190,7 +190,9 @@ def kinematic_check(
     at_secant = _least_at(secant, d, a)
     period = rules.period * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
     if period > periods[-1]:
-        raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: extend it")
+        raise OptionError(
+            f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: add longer periods"
+        )
     demand = _spectral_displacement(periods, accelerations, period, rules.is_largest_demand) * g
     limit = float(accelerations[0]) / numbers["behaviour_factor"] if rules.has_linear else None
     return KinematicCheck(
@@ -214,7 +216,7 @@ def kinematic_check(
 
 
 def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
-    """Return the name of a code, its rules, and the user's other parameters.
+    """Return the name of the code, its rules, and the other parameters of the user.
 
     The user's values of ``ultimate`` and ``secant`` replace those of the code.
 
@@ -240,8 +242,8 @@ def _spectral_displacement(
     at = np.array([period])
     if is_largest:
         slope = np.diff(accelerations) / np.diff(periods)
-        # The spectrum is S = S₀ + k (T − T₀) between two periods, so the derivative of S T² vanishes at T =
-        # −2 (S₀ − k T₀) / (3 k).
+        # Between two periods, the spectrum is S = S₀ + k (T − T₀). The spectral displacement is proportional
+        # to S T², so it is largest where its derivative vanishes: at T = −2 (S₀ − k T₀) / (3 k).
         falling = slope < 0
         constant = (accelerations[:-1] - slope * periods[:-1])[falling]
         inner = -2 * constant / (3 * slope[falling])
@@ -259,11 +261,11 @@ def _check_values(values: Mapping[str, float]) -> None:
             raise OptionError(f"{name} must be a finite number above zero (found {value!r})")
     for name in ("ultimate", "secant"):
         if values.get(name, 0.0) > 1:
-            raise OptionError(f"{name} must be at most 1, as a share (found {values[name]!r})")
+            raise OptionError(f"{name} is a ratio that must be at most 1 (found {values[name]!r})")
 
 
 def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return the smallest ordinate of a polyline at an abscissa that the polyline may cross repeatedly."""
+    """Return the smallest ordinate y of a polyline at abscissa x, at which it may have several ordinates."""
     low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
     segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
     share = (x - xs[segments]) / np.diff(xs)[segments]
@@ -279,7 +281,7 @@ def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.n
     rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
         raise OptionError(
-            "the spectrum must be a list of pairs: period (s) that increases from 0, and acceleration (g) "
-            "of 0 or more"
+            "the spectrum must be a list of pairs (period in s, acceleration in g): the periods must "
+            "increase from 0, and no acceleration may be negative"
         )
     return pairs[:, 0], pairs[:, 1]

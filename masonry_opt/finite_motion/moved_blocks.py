@@ -28,17 +28,19 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point.
-#: Control points with smaller rates raise an error, and so do live loads whose resultant is smaller than this
-#: share of the sum of their sizes.
+#: Smallest permitted rate of the control point along the live load, relative to the largest rate of a loaded
+#: point. It is also the smallest permitted resultant of the live loads, relative to the sum of their
+#: magnitudes. Smaller values raise an error.
 LEAST_RATE = 1e-6
-#: Points of Simpson's rule, as fractions of the length of an edge. The rule is exact for cubic functions.
+#: Points of Simpson's rule on an edge, as fractions of its length. The rule integrates cubic functions
+#: exactly.
 _SIMPSON_POINTS = np.array([0.0, 0.5, 1.0])
 #: Weights of Simpson's rule.
 _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
-#: Opening rate above which a corner of a joint opens, relative to the speed of the fastest corner.
+#: Opening rate above which a corner of a joint counts as opening, relative to the speed of the fastest
+#: corner.
 _OPENING_TOLERANCE = 1e-6
-#: Friction coefficient above which a joint has no yield condition for sliding.
+#: A joint whose friction coefficient exceeds this value counts as unable to slide.
 _UNLIMITED_FRICTION = 1e9
 
 
@@ -57,15 +59,15 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
         if np.abs(difference).max(initial=0.0) > LOWER * max(1.0, np.abs(load).max()):
             follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
-            others = "the scene has other loads, whose points of action after the onset are unknown"
+            others = "the scene has other loads, whose points of action on displaced blocks are unknown"
             left_out = "omit [[fill]], or " if assembly.scene.fills else ""
-            remedy = f"{left_out}compute only the load factor with 'solve'"
+            remedy = f"{left_out}use 'solve' to compute only the load factor"
             raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
     return dead, live
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
-    """Combine forces and all edge loads of one kind ("dead" or "live") into one record of forces."""
+    """Return one record with the given forces and all edge loads of a kind, "dead" or "live"."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
     forces = [*parts, *on_edges]
     block = np.concatenate([part.block for part in forces])
@@ -75,7 +77,7 @@ def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
 
 
 def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
-    """Return three point forces that are equivalent to a linearly varying edge load, by Simpson's rule."""
+    """Return three point forces that replace an edge load of linear intensity, by Simpson's rule."""
     edge, (first, last) = piece.ends[1] - piece.ends[0], piece.intensity
     intensity = first + np.outer(_SIMPSON_POINTS, last - first)
     force = np.hypot(*edge) * _SIMPSON_WEIGHTS[:, None] * intensity
@@ -89,7 +91,7 @@ def overlapping(
     body: np.ndarray,
     allowed: Mapping[frozenset[int], float] | None = None,
 ) -> list[int]:
-    """Return the two blocks with the deepest overlap; an empty list if no blocks overlap.
+    """Return the indices of the two blocks that overlap most; an empty list if no blocks overlap.
 
     The block of the body with the higher number comes first.
 
@@ -118,20 +120,20 @@ def overlapping(
 
 @dataclass(frozen=True)
 class ForceOptimum:
-    """Optimum of a linear program whose variables are the contact forces of displaced blocks."""
+    """Optimum of a linear program for the contact forces of displaced blocks."""
 
     value: float  #: largest load factor, or smallest violation of equilibrium and yield (unit of force)
-    #: Rates of the poses of all blocks, shape (blocks, 3). They are the dual variables of equilibrium.
+    #: Rates of the poses of all blocks, shape (blocks, 3): the dual variables of the equilibrium equations.
     motion: np.ndarray
     pressed: np.ndarray  #: True for joints that carry a force, shape (joints,)
 
 
 @dataclass(frozen=True)
 class MovedBlocks:
-    """Blocks of a plane scene and their joints, at rest, in the problem's unit of length.
+    """Plane scene at rest, with methods that compute the equilibrium of its displaced blocks.
 
-    Arguments of the methods are the poses of all blocks, shape (blocks, 3), and a mask ``touch`` of the
-    joints' corners that touch, shape (joints, 2).
+    Lengths are in the problem's unit of length. Arguments of the methods are the poses of all blocks, shape
+    (blocks, 3), and a mask ``touch`` of the joints' corners that touch, shape (joints, 2).
     """
 
     geometry: Geometry  #: shapes of the blocks at rest
@@ -143,7 +145,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Create the record from an assembly and its forces.
+        """Create the record from an assembly and its dead and live forces.
 
         Forces are relative to ``unit``, and λ is relative to ``live``.
         """
@@ -174,7 +176,7 @@ class MovedBlocks:
 
     @property
     def at_rest(self) -> np.ndarray:
-        """True for corners of joints that touch at rest, shape (joints, 2).
+        """Mask of the two corners of each joint that touch at rest, shape (joints, 2).
 
         A joint without length has only one corner.
         """
@@ -182,9 +184,9 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """True for blocks that are touched on an edge at a joint's corner, shape (joints, 2, 2).
+        """Mask of the blocks that are touched on an edge, for each corner of each joint.
 
-        The second axis is for the joint's two corners, the third axis for its two blocks.
+        The shape is (joints, 2 corners, 2 blocks).
 
         Usually the corner of one block touches the edge of the other block. If corners of both blocks
         coincide, both blocks count as touched on an edge.
@@ -198,7 +200,7 @@ class MovedBlocks:
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
         """Return the equilibrium problem of displaced blocks.
 
-        Its joints are those that touch in at least one corner.
+        The problem contains the joints that touch in at least one corner.
 
         - A closed joint has the properties that it has at rest.
         - A joint that touches in one corner has no cohesion. Its direction is that of the touched edge.
@@ -235,7 +237,7 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Return optimal contact forces of displaced blocks; None if the solver fails.
+        """Compute optimal contact forces of displaced blocks; None if the solver fails.
 
         If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
         equilibrium and yield at this load factor is minimised.
@@ -255,7 +257,7 @@ class MovedBlocks:
         return ForceOptimum(value, self._motion(problem, d, poses), pressed)
 
     def state_of(self, result: Result) -> ForceOptimum:
-        """Return the load factor, mechanism and pressed joints of a result, for the blocks at rest."""
+        """Return the load factor, mechanism and compressed joints of a result, for the blocks at rest."""
         problem, solution = result.assembly.problem, result.solution
         assert solution.d is not None
         assert solution.q is not None
@@ -263,9 +265,9 @@ class MovedBlocks:
         return ForceOptimum(result.required(), motion, _pressed(problem, solution.q))
 
     def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
-        """Return the rates of the poses of all blocks, shape (blocks, 3), from velocities d (3b,)."""
-        # Convert the velocities of the blocks' centroids to velocities of the points of the blocks at the
-        # origin.
+        """Convert velocities d, shape (3b,), to rates of the poses of all blocks, shape (blocks, 3)."""
+        # The velocities d are those of the centroids. A pose is relative to the origin, so the translation of
+        # each block is converted from its centroid to the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
@@ -281,14 +283,14 @@ class MovedBlocks:
         the plane do not support.
         """
         fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
-        assert len(fixed), "the rigid bodies of a scene without fixed blocks are not implemented"
+        assert len(fixed), "a capacity curve in the plane needs at least one fixed block"
         closed = self.blocks[touch.all(axis=1)]
         links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])
         body = linked(len(self.geometry.size), *links.T)
         return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Return the velocities of the joints' corners, as points of the first and of the second block.
+        """Return two velocities of each joint corner: as a point of the first block and of the second block.
 
         The shape is (2 blocks, joints, 2 corners, 2 components).
         """
@@ -309,7 +311,7 @@ class MovedBlocks:
         return float(np.linalg.norm(velocity, axis=1).max(initial=0.0))
 
     def relative(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Return the opening rates and the slip rates of the joints' corners, shape (2, joints, 2)."""
+        """Return the opening rates and the slip rates at the corners of the joints, shape (2, joints, 2)."""
         first, second = self._velocities(poses, motion)
         along = np.stack([self.joints.normal, self.joints.tangent])[:, :, None]
         frame = turned(along, poses[self.joints.first][:, None])
@@ -318,9 +320,9 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners that stay in contact and the joints that slide, in the motion of an optimum.
+        """Return masks of the corners that stay in contact and of the joints that slide in a motion.
 
-        The shapes are (joints, 2) and (joints,).
+        The motion is that of ``optimum``. The shapes of the masks are (joints, 2) and (joints,).
 
         - A joint slides if its slip exceeds the share ``SLIDES`` of the speed of the fastest corner, as in
           :func:`~masonry_opt.solution.motion.joint_motion`. It must also carry a force, or not open.
@@ -340,14 +342,14 @@ class MovedBlocks:
         return stays & ~is_free[:, None], slides & ~is_free
 
     def slip_share(self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray) -> float:
-        """Return the largest slip of a touching corner, relative to the speed of the fastest corner."""
+        """Return the largest slip at a corner in contact, relative to the speed of the fastest corner."""
         _, slip = self.relative(poses, motion)
         speed = self._fastest_of_blocks(poses, motion) or 1.0
         return float(np.abs(slip[touch]).max(initial=0.0)) / speed
 
 
 def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Return True for the joints of a problem that carry a force, shape (joints,)."""
+    """Return a mask of the joints that carry a force, shape (joints,)."""
     size = np.abs(problem.by_kind(q)).max(axis=0)
     return np.asarray(size > IDLE * size.max(initial=0.0))
 
@@ -355,7 +357,7 @@ def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Return the smallest violation v of equilibrium and yield at a given load factor.
+    """Minimise the violation v of equilibrium and yield at a given load factor λ.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 
@@ -380,7 +382,7 @@ def least_missed(
     row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
     low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
-    # The simplex method of HiGHS may fail on the presolved program. In this case, it is repeated without
+    # If HiGHS fails after it has simplified the program by presolve, the program is solved again without
     # presolve.
     for presolve in ("choose", "off"):
         session = HighsSession(
@@ -396,14 +398,14 @@ def least_missed(
 def control_force(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
     """Return the forces that define the control displacement.
 
-    The control displacement is the mean displacement of their points along the forces.
+    The control displacement is the mean displacement of the points of action along these forces.
 
     Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
     at the control point.
     """
     if block is None:
         if point is not None:
-            raise OptionError("the control point needs a block: specify 'block' (--block) too")
+            raise OptionError("a control point belongs to a block: specify 'block' (--block) too")
         return live
     assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
     if block not in names:
@@ -411,7 +413,9 @@ def control_force(result: Result, live: Forces, block: str | None, point: tuple[
         raise OptionError(f"{result.case}: block: {none}")
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
-        raise OptionError("the live load has no resultant, so its direction is undefined: omit 'block'")
+        raise OptionError(
+            "the live load has no resultant, so a control point has no direction to move: omit 'block'"
+        )
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:
         position = coordinates(point, len(at))

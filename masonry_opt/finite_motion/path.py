@@ -21,65 +21,65 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import ZERO, same
 
-#: Largest violation of equilibrium and yield, in the unit of force, at which forces count as admissible.
+#: Forces count as admissible if they violate equilibrium and yield by at most this amount, in the unit of
+#: force.
 BORNE = 1e-8
-#: Multiple of ``BORNE`` below which a violation means that a joint has just begun to open. With a smaller
-#: value, the opening is located more exactly, in more steps.
+#: A joint has just begun to open if the violation is between ``BORNE`` and this multiple of ``BORNE``. With a
+#: smaller value, openings are located more exactly, but in more steps.
 _JUST_OPENING = 10.0
-#: Overlap angle (rad) above which a closing joint counts as closed. The value must exceed rounding errors.
+#: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
+#: must exceed rounding errors.
 _CLOSING_ANGLE = 1e-12
 #: Largest displacement of the fastest corner in one step, relative to the size of the scene.
 _LONGEST_STEP = 0.02
 #: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If a step of
 #: this size has no solution, the mechanism counts as locked.
 _SHORTEST_STEP = 1e-6
-#: Width of the interval of step lengths at which the bisection for an event stops, relative to the size of
-#: the scene.
-_EVENT_WIDTH = 1e-13
-#: Speed of the fastest corner, for a tangent of length 1, below which the blocks count as at rest.
-_LEAST_SPEED = 1e-7
-#: Length of the trial step that determines the possible direction of a motion, relative to the size of the
+#: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
+_EVENT_WIDTH = 1e-13
+#: Blocks count as at rest if the speed of the fastest corner is below this value, for a tangent of length 1.
+_LEAST_SPEED = 1e-7
+#: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5
-#: Largest number of states of a path. A longer path ends with the reason "still carries".
+#: Largest number of states of a path. If more states are needed, the path ends with the reason "still
+#: carries".
 _MOST_PATH_STATES = 2000
-#: Largest number of consecutive events in one position. After more events, the mechanism counts as locked.
+#: Largest number of consecutive events without any motion. After more events, the mechanism counts as locked.
 _MOST_EVENTS = 20
 
 
 @dataclass(frozen=True)
 class PathState:
-    """State on the equilibrium path of a mechanism.
+    """One state on the equilibrium path of a mechanism: displaced blocks, load factor and contacts.
 
     The states of a complete path are in the units of the case. During the computation of a path in the plane,
     its states are in the units of the problem.
     """
 
-    #: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin, followed by a
-    #: translation. In space a pose is a translation and a rotation vector, shape (blocks, 6).
+    #: Poses of all blocks. In the plane a pose (x, y, θ) is a rotation by θ about the origin, then a
+    #: translation, shape (blocks, 3). In space a pose is a translation and a rotation vector, shape (blocks,
+    #: 6).
     poses: np.ndarray
     load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
-    #: True for the contact points that touch from this state on, shape (points,). During the computation of a
-    #: path in the plane, the shape is (joints, 2), for the two corners of each joint.
+    #: Mask of the contact points that touch from this state on, shape (points,). During the computation of a
+    #: path in the plane, the mask has shape (joints, 2), for the two corners of each joint.
     touch: np.ndarray
     #: Event at this state, such as the opening of a joint; None if there is no event.
     event: Reason | None = None
 
 
 class _PathEvent(NamedTuple):
-    """Event that ends a stretch of the path, such as the opening of a joint."""
+    """Event at which the rigid bodies of the path change or the path ends, such as the opening of a joint."""
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    #: Optimum of the linear program over contact forces, if it shows that a joint opens; otherwise None.
+    #: Optimum of the contact forces, if the optimum shows that a joint opens; otherwise None.
     borne: ForceOptimum | None = None
 
 
 class _Stretch(NamedTuple):
-    """State and tangent on a stretch of the path.
-
-    A stretch is a part of the path along which the rigid bodies do not change.
-    """
+    """State and tangent on a stretch, a part of the path along which the rigid bodies do not change."""
 
     chain: Chain  #: rigid bodies and hinges of the stretch
     point: np.ndarray  #: point of the chain's equilibrium curve
@@ -114,8 +114,8 @@ class HingingPath:
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        # If λ at the onset is above zero, it is the unit of λ. The largest load at the onset is the unit of
-        # force.
+        # The unit of λ is its value at the onset, unless this value is zero. The unit of force is the largest
+        # load at the onset.
         onset = result.required()
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
@@ -168,12 +168,12 @@ class HingingPath:
         return any(self.blocks.fastest(first.poses, motion) > _LEAST_SPEED for motion in motions)
 
     def _follow(self) -> None:
-        """Follow the stretches of the path, each up to its event, until an event ends the path."""
+        """Compute one stretch of the path after another, until an event ends the path."""
         opens, hint, events_here = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
-            # Several events may occur in one position. If their number exceeds a limit, the blocks are
+            # Count the events that occur while the blocks do not move. If there are too many, the blocks are
             # locked.
             moves = np.abs(stretch.poses - last.poses).max() > _CLOSING_ANGLE
             events_here = 0 if moves else events_here + 1
@@ -199,9 +199,9 @@ class HingingPath:
         self.steps.append(PathState(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
-        """Return the corners that stay in contact in the motion of an optimum, shape (joints, 2).
+        """Return a mask of the corners that stay in contact as joints begin to open, shape (joints, 2).
 
-        The path ends if a joint slides in this motion, or if no corner opens.
+        The path ends if a joint slides in the motion of ``optimum``, or if no corner opens.
         """
         stays, slides = self.blocks.after(touch, poses, optimum)
         if slides.any():
@@ -213,7 +213,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the stretch that begins at a state, with the tangent in the direction of the motion.
+        """Return the stretch that begins at a state; its tangent has the direction in which the blocks move.
 
         If corners open, the tangent has the direction in which they open. Otherwise it has the direction of
         ``hint``. If a small step in this direction leads to an event at once, and a step in the opposite
@@ -227,8 +227,8 @@ class HingingPath:
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
-        # Try a small step in both directions, because a joint that has just closed stays closed in one
-        # direction only.
+        # Try a small step in both directions, because a joint that has just closed stays closed in only one
+        # direction.
         event, _ = self._try(stretch, _PROBE_STEP)
         if event is None:
             return stretch
@@ -236,11 +236,10 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return a point with its tangent in the direction of the motion ``hint``.
+        """Return a point with the tangent of the path, in the direction of the motion ``hint``.
 
-        The result is None if no block can move.
-
-        At a bifurcation, where several tangents exist, the path ends.
+        The result is None if no block can move. The path ends at a bifurcation, at which several tangents
+        exist.
         """
         tangents = chain.tangents(point)
         if len(tangents) > 1:
@@ -272,12 +271,12 @@ class HingingPath:
         raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
-        """Return the step length at which λ changes along the tangent by 1 / count of its initial value."""
+        """Return the length of a step in which λ changes by about 1 / ``count`` of its value at the onset."""
         step = 1 / self.count / max(abs(stretch.row[-1]), _LEAST_SPEED)
         return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
-        """Make a predictor–corrector step; return the event within the step and the state at its end.
+        """Make a predictor–corrector step, and return the event within the step and the state at its end.
 
         The event is None if no event occurs within the step. Both are None if the corrector finds no state.
         """
@@ -291,7 +290,7 @@ class HingingPath:
         return self._event(ahead), ahead
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
-        """Return the event that must have occurred before a state; None if the state is admissible.
+        """Return the event that makes a state inadmissible; None if the state is admissible.
 
         Events are tested in this order:
 
@@ -305,8 +304,8 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # A joint that touches in only one of its two corners is open by an angle. A negative angle means
-        # overlap.
+        # A joint that touches in one of its two corners is open by the angle between its edges. If this angle
+        # is negative, the blocks overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
         closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSING_ANGLE)
@@ -329,7 +328,7 @@ class HingingPath:
         next trial length. The path ends at λ = 0, or if blocks meet.
         """
         low, high, before = 0.0, step, stretch
-        # Step length and violation of the previous trial beyond the event, for the secant method.
+        # The secant method needs the step length and the violation of the previous trial beyond the event.
         farther_step = farther_excess = 0.0
         while high - low > _EVENT_WIDTH:
             if event.code is Code.REACHES_ZERO:
@@ -357,16 +356,16 @@ class HingingPath:
         return before, event
 
     def _end_at(self, state: _Stretch, event: _PathEvent) -> NoReturn:
-        """Append the last state with the event that ends the path, and raise the exception for the end."""
+        """Append the last state and its event to the path, and raise the exception that ends the path."""
         values = {"blocks": self.assembly.names(np.array(event.which))} if event.which else {}
         why = reason(event.code, **values)
         self._add(state, state.chain.touch, why)
         raise _PathEnded(why)
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """Return the state with λ = 0 that follows a state; None if it does not exist.
+        """Return the state with λ = 0 that follows a state on the path.
 
-        The result is None, too, if another event occurs first.
+        The result is None if there is no such state, or if another event occurs first.
         """
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)

@@ -19,34 +19,35 @@ from masonry_opt.solution.motion import fastest, joint_motion, velocities
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 
-#: Number of steps in which the supports move to their final positions. More steps provide better starts of
-#: the Gauss–Newton method for large rotations.
+#: Number of steps in which the supports move to their final positions. With more steps, the Gauss–Newton
+#: method starts closer to the solution if rotations are large.
 _STEPS = 10
-#: Largest number of Gauss–Newton iterations in a step.
+#: Largest number of Gauss–Newton iterations in one step of the supports.
 _MOST_CORRECTIONS = 20
-#: Change of position, relative to the size of the scene, below which the iterations have converged.
+#: Gauss–Newton iterations have converged if positions change by less than this share of the size of the
+#: scene.
 _CONVERGED_STEP = 1e-13
-#: Weight of the slips of hinges relative to gaps. Gaps and slips cannot both vanish: a hinge on a straight
-#: edge slips by an amount that grows with the square of the movement. A smaller value closes the gaps more
-#: exactly.
+#: Weight of the slips at hinges in the least-squares problem, relative to the weight of gaps. A hinge that
+#: rotates on a straight edge must slip a little, so gaps and slips cannot both vanish. With a smaller value,
+#: the gaps close more exactly.
 _SLIP_WEIGHT = 1e-3
-#: Largest gap of a closed contact, relative to the largest movement of a point. Small slips, below the
-#: threshold at which a joint slides, make the conditions slightly inconsistent on surveyed blocks.
+#: Largest gap at a closed contact, relative to the largest movement of a point. Small gaps remain on surveyed
+#: blocks, because their joints slip a little although they do not count as sliding.
 _LARGEST_GAP = SEPARATES
-#: Largest slip of a hinge, relative to the largest movement of a point. A larger slip raises an error,
-#: because the mechanism then differs from that of a small settlement.
+#: Largest slip at a hinge, relative to the largest movement of a point. A larger slip raises an error,
+#: because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Ratio of a singular value to the largest one below which the singular value counts as zero.
+#: A singular value below this share of the largest singular value counts as zero.
 _SINGULAR = 1e-10
 
 
 class SettlementBlockedError(Exception):
-    """Error: the blocks cannot follow the movement of the supports, for the reason in the message."""
+    """Error: the blocks cannot follow the movement of the supports; the message states the reason."""
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points of a plane scene, and the points that stay closed in a mechanism.
+    """Contact points of a plane scene whose supports move, with the points that stay closed.
 
     Positions and poses are those of the geometry at rest, in the scene's unit of length.
 
@@ -75,7 +76,7 @@ class Contacts:
 
     @classmethod
     def of(cls, freed: Assembly, solution: Solution, scale: float, supports: np.ndarray) -> "Contacts":
-        """Create the record from the mechanism of a solution.
+        """Create the contacts from the mechanism of a solution.
 
         The velocities of the mechanism are multiplied by ``scale``.
         """
@@ -85,7 +86,7 @@ class Contacts:
         gap[freed.pressed] = freed.problem.at_points(freed.problem.motion(solution.d))
         nearest, speed = -joints.most(-gap), fastest(freed, solution.d)
         contact, depth = _crushed(freed, solution, gap, speed)
-        # A joint that crushes and slips counts as a joint that slides.
+        # A joint that slips while it crushes counts as sliding.
         slip = np.abs(freed.problem.shears(freed.problem.motion(solution.d))).max(axis=0)
         slides = motion.slides | (motion.crushes & (freed.most_of_joints(slip) > SLIDES * speed))
         touches = ~motion.separates[joints.joint] & (gap <= nearest[joints.joint] + SEPARATES * speed)
@@ -115,11 +116,10 @@ class Contacts:
 
     @cached_property
     def _intervals(self) -> np.ndarray:
-        """Intervals of both blocks' edges along each joint's tangent, shape (joints, 2, 2).
+        """Start and end of the edges of both blocks along each joint, shape (joints, 2 blocks, 2 ends).
 
-        Positions are measured from the joint's start.
-
-        A block that touches with a corner has an interval without length.
+        Positions are measured along the tangent from the joint's start. A block that touches with a corner
+        has an interval without length.
         """
         joints, tolerance = self.joints, 2 * self.assembly.geometry.contact_tolerance
         tail, tip, owner = self.assembly.geometry.edges
@@ -131,7 +131,8 @@ class Contacts:
                 off, at = ends @ joints.normal[number], ends @ joints.tangent[number]
                 on_line = (np.abs(off) <= tolerance).all(axis=0)
                 low, high = at.min(axis=0), at.max(axis=0)
-                # Select the edge that contains the joint, or that ends at its corner.
+                # Select the edges of the block on the line of the joint that overlap the joint or touch one
+                # of its ends.
                 near = on_line & (low <= own + tolerance) & (high >= -tolerance)
                 bounds = (low[near].min(), high[near].max()) if near.any() else (0.0, 0.0)
                 intervals[number, side] = bounds
@@ -139,7 +140,7 @@ class Contacts:
 
     @cached_property
     def face(self) -> np.ndarray:
-        """Index of the block along whose edge each contact point slides, shape (points,).
+        """Index of the block whose edge each contact point slides along, shape (points,).
 
         The other block touches this edge with a corner, or with a parallel edge.
         """
@@ -163,7 +164,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # A body has the rates of its largest block, or of a support or fixed block if it contains one.
+        # The rates of a body are those of its largest block. If the body contains a support or a fixed block,
+        # they are the rates of that block.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -179,9 +181,8 @@ class Contacts:
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
         """Return the poses of all bodies after a given share of the movement.
 
-        The reference point of each body moves along a straight line.
-
-        The reference point of a body is the centroid of its support, or of its largest block.
+        The reference point of each body, the centroid of its support or of its largest block, moves along a
+        straight line.
         """
         poses = share * of_body
         centroid = self.assembly.geometry.centroid
@@ -217,11 +218,11 @@ class Contacts:
         return poses
 
     def _conditions(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the gaps of closed contact points, the slips of hinges, and their derivatives.
+        """Return the gaps at closed contact points, the slips at hinges, and the derivatives of both.
 
         Gaps are measured along the normal of the edge of the point's ``face``. Changes of length of ties and
-        props that neither yield nor slacken follow the gaps. The derivatives are by the poses of all bodies,
-        first of the gaps and then of the slips.
+        props that neither yield nor slacken follow the gaps. The derivatives are with respect to the poses of
+        all bodies: first those of the gaps, then those of the slips.
         """
         joints, body = self.joints, self.bodies
         points = np.flatnonzero(self.touches & (body[joints.first] != body[joints.second])[joints.joint])
@@ -247,7 +248,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the changes of length of ``struts``, shape (k,), and their derivatives by all poses."""
+        """Return how much each of the ``struts`` lengthens, shape (k,), and the derivatives by all poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)
@@ -265,7 +266,7 @@ class Contacts:
         return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if contacts that should stay closed have gaps, overlaps or slips."""
+        """Raise SettlementBlockedError if contacts that should stay closed open, overlap or slip."""
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)
@@ -277,7 +278,7 @@ class Contacts:
             raise SettlementBlockedError("the blocks lock before the supports reach their new positions")
 
     def displaced_joints(self, poses: np.ndarray) -> tuple[np.ndarray, Joints]:
-        """Return the indices of the joints that do not separate, and these joints after the displacement.
+        """Return the indices of the joints that do not separate, and displaced copies of these joints.
 
         An opened joint is on the bisector of its edges. Raises SettlementBlockedError if a block has
         slid off another block.
@@ -289,7 +290,8 @@ class Contacts:
         rotation[:, 2] = (poses[first, 2] + poses[second, 2]) / 2
         of_first, of_second = joints.first[joints.joint], joints.second[joints.joint]
         point = (placed(joints.point, poses[of_first]) + placed(joints.point, poses[of_second])) / 2
-        # A corner that slides along an edge is a contact point that moves with the block of the corner.
+        # If a corner slides along an edge, the contact point moves with the block to which the corner
+        # belongs.
         corner = np.where(self.face == of_first, of_second, of_first)
         is_corner = self.slides[joints.joint] & (joints.extent[joints.joint] == 0)
         point[is_corner] = placed(joints.point, poses[corner])[is_corner]
@@ -316,7 +318,7 @@ class Contacts:
         return kept, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
 
     def _slid(self, moved: Joints, kept: np.ndarray, poses: np.ndarray) -> Joints:
-        """Return the displaced joints, shortened to the length along which blocks touch after sliding."""
+        """Shorten displaced joints to the length over which their blocks still touch after sliding."""
         point = moved.point.copy()
         for number in np.flatnonzero(self.slides[kept] & (moved.extent > 0)):
             joint = kept[number]
@@ -336,7 +338,7 @@ class Contacts:
         return replace(moved, point=point)
 
     def crushed_overlaps(self, poses: np.ndarray) -> dict[frozenset[int], float]:
-        """Return the depth up to which pairs of blocks overlap because their joints crush.
+        """Return the depth by which each pair of blocks may overlap, because their joints crush.
 
         If several joints between two blocks crush, the depth is that of the joint that crushes most.
         """
@@ -351,7 +353,7 @@ class Contacts:
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
-        """Return the depth of each remaining joint that can carry a force, relative to its length.
+        """Return the depth over which each remaining joint can carry a force, relative to its length.
 
         The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
         crushes it is twice the crushed depth, because the crushed depth changes as the forces change.
@@ -362,12 +364,12 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return True where the first end of a remaining joint has opened, shape (joints,)."""
+        """Return a mask of the remaining joints whose first end has opened, shape (joints,)."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 
 def _stiff_struts(freed: Assembly, rates: np.ndarray, speed: float) -> tuple[LimitedForce, ...]:
-    """Return the ties and props that keep their length at given velocities of all blocks."""
+    """Return the ties and props whose lengths do not change at given velocities of all blocks."""
     rates = np.vstack([rates, np.zeros(3)])  # the ground has the index −1
     stiff = []
     for force in freed.limited:

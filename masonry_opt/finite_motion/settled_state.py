@@ -25,17 +25,17 @@ from masonry_opt.solution.thresholds import MOVES
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
-#: Form of the movements of supports, for error messages.
-_FORM = "needs the movement of each support by name, such as {'pier': (0, -0.02)}"
-#: Least depth of an opened joint of limited strength that carries forces, relative to its length. A joint
-#: without force does not crush, but may have to carry a force after the settlement.
+#: Part of error messages that shows how movements of supports are specified.
+_FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
+#: An opened joint of limited strength has the strength of at least this share of its length, because a joint
+#: that had no force may have to carry a force after the settlement.
 _LEAST_DEPTH = 0.01
-#: Largest number of times that a movement is halved in the search for a movement that the blocks can follow.
+#: If the blocks cannot follow a movement, it is halved up to this many times to find a possible movement.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
 
 def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
-    """Return a plane scene after its supports have moved by given amounts under its dead load.
+    """Move the supports of a plane scene under its dead load, and return the displaced scene.
 
     The blocks move in the mechanism of the least reaction of the supports, by the default method. The scene
     contains the new positions of the blocks, the contacts that stay closed, and the joint forces.
@@ -61,7 +61,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     scene.refuse_without_case()
     if scene.dimension == 3:
         raise OptionError(
-            f"{scene.origin}: 'settled' needs a scene in the plane: omit it, or analyse a section"
+            f"{scene.origin}: 'settled' needs a scene in the plane: omit 'settled', or analyse a section"
         )
     if scene.settled is not None:
         raise OptionError(f"{scene.origin}: the supports have settled already: specify all movements at once")
@@ -92,7 +92,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
 
 
 def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float, float]]:
-    """Return the movement (x, y, rotation) of each support by name.
+    """Return a dictionary from the name of each support to its movement (x, y, rotation).
 
     Raises OptionError if a name is not that of a support or occurs twice, or if a movement is wrong.
     """
@@ -126,7 +126,7 @@ def _falls(problem: Problem) -> bool:
 
 
 def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
-    """Return the state of the least reaction of movable supports, by the default method.
+    """Compute the state in which the reaction of the moving supports is least, by the default method.
 
     If the method finds no exact state of Coulomb friction, the state has associative flow. Raises OptionError
     if the least reaction is not found.
@@ -147,13 +147,13 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
     if solution.d is None or solution.load_factor is None:
         raise OptionError(
             f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: try "
-            "another direction, and see the results of 'settle'"
+            "another direction, and use 'settle' to see the reactions"
         )
     return solution
 
 
 def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: Solution) -> float:
-    """Return the factor that scales the mechanism's velocities to the given movements of the supports.
+    """Return the factor by which the mechanism is multiplied to reach the given movements of the supports.
 
     ``motions`` are the movements in the units of the problem, shape (k, 3). Raises OptionError if the
     supports do not move in the mechanism.
@@ -164,7 +164,7 @@ def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: 
     along = float((of_supports * motions).sum()) / float((motions**2).sum())
     if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
         raise OptionError(
-            f"{free.scene.origin}: 'settled': blocks fall without a motion of the supports: increase the "
+            f"{free.scene.origin}: 'settled': blocks fall even if the supports do not move: increase the "
             "friction, or use another direction"
         )
     return 1.0 / along
@@ -177,7 +177,7 @@ def _state(
     scale: float,
     movements: Mapping[str, tuple[float, float, float]],
 ) -> SettledState | str:
-    """Return the state after a settlement, or a sentence that states why the blocks cannot follow."""
+    """Return the state after a settlement, or a sentence that says why the blocks cannot follow."""
     supports = np.setdiff1d(free.movable, assembly.movable)
     contacts = Contacts.of(free, solution, scale, supports)
     try:
@@ -193,7 +193,7 @@ def _state(
     forces = free.problem.by_kind(solution.q)[:, kept].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
-    # The forces that restrain the freed supports are the last limited forces.
+    # Omit the last limited forces, which restrain the freed supports.
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
     state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
@@ -203,10 +203,10 @@ def _state(
 
 
 def _opened(problem: Problem, depths: np.ndarray, first_is_far: np.ndarray) -> Problem:
-    """Return a problem in which opened joints carry forces over a part of their length only.
+    """Return a problem in which each opened joint carries forces over only a part of its length.
 
-    The force at the far end of a joint acts at this depth from the near end, relative to the length of the
-    joint. A crushing joint has the strength of this depth.
+    The part begins at the near end of the joint, which touches. The force of the far end acts at the end of
+    this part. A crushing joint has the strength of this part.
 
     Parameters
     ----------
@@ -229,5 +229,5 @@ def _opened(problem: Problem, depths: np.ndarray, first_is_far: np.ndarray) -> P
 
 
 def _short(movement: tuple[float, float, float]) -> tuple[float, ...]:
-    """Return a movement, without its rotation if the rotation is zero."""
+    """Return a movement as (x, y) if its rotation is zero, otherwise as (x, y, rotation)."""
     return movement if movement[2] else movement[:2]

@@ -27,8 +27,8 @@ _CVXPY_VERDICTS = {
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
-#: Option that limits a solver's time in seconds, by CVXPY's name of the solver. A solver without an entry
-#: runs to its end, and only then does the time limit of the analysis apply.
+#: Map from CVXPY's name of a solver to the solver's option for a time limit in seconds. A solver without an
+#: entry cannot be stopped, so the time limit of the analysis applies only after its end.
 _TIME_LIMITS = {
     cp.CLARABEL: "time_limit",
     cp.HIGHS: "time_limit",
@@ -36,15 +36,14 @@ _TIME_LIMITS = {
     cp.SCS: "time_limit_secs",
 }
 
-#: Number of columns above which CVXPY compiles the program again for every solve, with its parameters as
-#: constants. Smaller programs are compiled once, into a tensor over the parameters. The memory of this tensor
-#: grows with the square of the number of joints. For larger programs, the tensor takes more time than
-#: compiling again.
+#: Number of columns above which CVXPY compiles the program again for every solve. A smaller program is
+#: compiled once, into a tensor that contains its parameters. The memory of the tensor grows with the square
+#: of the number of joints, so for large programs the tensor takes more time than compiling again.
 _COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """Program declared in CVXPY, together with the solver that solves it.
+    """Program that is declared in CVXPY, and the solver for it.
 
     ``effort`` records the solver under ``purpose``. If ``repeats`` is True, the program is solved several
     times with different parameters, and is compiled only once if it is not too large.
@@ -61,7 +60,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Record the time and iterations of all later solves in another effort.
+        """Record the time and the iterations of all further solves in another effort.
 
         Each solve is independent of earlier solves.
         """
@@ -97,18 +96,17 @@ class CvxpyEngine:
             is_highs = isinstance(raw, dict) and "model_status" in raw
             status = str(raw["model_status"] if is_highs else getattr(raw, "status", ""))
             with effort.measure("read"), warnings.catch_warnings():
-                warnings.simplefilter(
-                    "ignore"
-                )  # omit CVXPY's warning about an inaccurate solution, because the status already states it
+                # CVXPY would warn that a solution is inaccurate, but the status already says so.
+                warnings.simplefilter("ignore")
                 program.unpack_results(raw, chain, inverse)
-        # CVXPY raises ValueError if HiGHS ends with the status "unknown" and returns no values.
+        # CVXPY raises ValueError if HiGHS stops with the status "unknown" and has no solution.
         except (cp.SolverError, ValueError) as error:
             check_time(SAME_TIME)
             return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        # Time that CVXPY needs to pass the matrices to the solver.
+        # The remaining time, in which CVXPY passes the matrices to the solver, counts as compilation.
         effort.add("compile", max(elapsed - seconds, 0.0))
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)
@@ -120,21 +118,21 @@ class CvxpyEngine:
 def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
-    """Solve a program once; return True if it has a solution to read.
+    """Solve a program once, and return True if the solver found a solution.
 
     For ``nearly``, see :meth:`~.registry.Solved.readable`.
     """
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Largest magnitude of an entry. Rows, and then columns, with a larger entry are scaled down to this
-#: magnitude. The value is the geometric mean of 1 and a friction coefficient of 1e6. Scaling either of these
-#: two to one would lose digits of the other.
+#: Rows, and then columns, with an entry above this magnitude are scaled down to this magnitude. The value is
+#: the geometric mean of 1 and a large friction coefficient, 1e6. If either of these two entries were scaled
+#: to 1, digits of the other would be lost.
 _LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """Solve a conic program after scaling large entries down; return the solution in original units.
+    """Solve a conic program with large entries scaled down, and return the solution in original units.
 
     The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
     """
@@ -148,7 +146,7 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
     before = _largest(balanced)
     columns = 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE_ENTRY)
     scale = sp.diags_array(columns)
-    # Restore the magnitude of the rows that the scaling of columns has reduced, such as p ≥ 0.
+    # The scaling of columns also reduces rows without large entries, such as p ≥ 0. Restore their magnitude.
     rows *= _by_cones(before / _largest(balanced @ scale), cone_of_row, dims.zero)
     A = sp.diags_array(rows) @ A
     scaled = data | {"A": (A @ scale).tocsc(), "b": rows * data["b"], "c": columns * data["c"]}
@@ -167,7 +165,7 @@ def _largest(A: Any) -> np.ndarray:
 
 
 def _by_cones(factors: np.ndarray, cone_of_row: np.ndarray, equations: int) -> np.ndarray:
-    """Return row factors that scale all rows of a cone equally, so that the cones do not change.
+    """Return scaling factors of the rows that are equal within each cone, so the cones do not change.
 
     All rows of a cone get the smallest of their factors. Equations are not scaled.
     """

@@ -12,7 +12,7 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """Return the engine class of a modelling language, and its model classes by formulation.
+    """Return the engine class of a modelling language, and a map from formulations to model classes.
 
     Only the modelling language that is used is imported, because its import takes a second.
     """
@@ -34,7 +34,7 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
 
 @dataclass(frozen=True)
 class LpAnswer:
-    """Outcome of solving eq. (9) or eq. (10), with the state at the optimum.
+    """Outcome of the static program, eq. (9), or the kinematic program, eq. (10), with its optimal state.
 
     The state is None if the solver found no solution. If the outcome is nearly optimal, the state is near the
     optimum.
@@ -45,7 +45,7 @@ class LpAnswer:
 
 
 class Driver:
-    """Static or kinematic program for a problem, together with the solver that solves it.
+    """Static or kinematic program of a problem, and the solver for it.
 
     ``formulation`` is "static", eq. (9), or "kinematic", eq. (10).
 
@@ -76,7 +76,7 @@ class Driver:
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
-        """Prepare this driver for another problem that differs only in its shear limits, and return it."""
+        """Prepare this driver for a problem with other shear limits, and return the driver."""
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))
@@ -88,7 +88,7 @@ class Driver:
             self.model.limits.set(self._scaled.limits(limits))
 
     def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
-        """Solve the program with its present shear limits.
+        """Solve the program with the shear limits that are currently set.
 
         Parameters
         ----------
@@ -135,7 +135,7 @@ class ProgramCache:
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """Return the cached entry of a key, or build it if no cached entry fits the problem.
+        """Return the cached entry of a key if it fits the problem; otherwise build and return a new entry.
 
         An entry does not fit if its problem has other matrices, loads or strengths. If ``own`` is True, the
         entry is stored even if the cache does not reuse entries for other problems.
@@ -151,7 +151,7 @@ class ProgramCache:
     def driver(
         self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any
     ) -> Driver:
-        """Return the cached driver for a problem, or build it.
+        """Return a cached driver that fits the problem; otherwise build and return a new driver.
 
         The key consists of the formulation, the solver and the options ``how``.
         """

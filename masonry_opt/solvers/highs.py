@@ -17,8 +17,8 @@ from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, i
 if TYPE_CHECKING:
     import cvxpy as cp
 
-#: Size of matrix coefficients below which HiGHS ignores them (option ``small_matrix_value``). Nearly parallel
-#: joints have coefficients of 1e-10, which HiGHS would ignore with its default of 1e-9.
+#: HiGHS ignores matrix coefficients below this magnitude (option ``small_matrix_value``). Its default, 1e-9,
+#: would ignore coefficients of nearly parallel joints, which are as small as 1e-10.
 SMALLEST_COEFFICIENT = 1e-12
 
 _UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or product in double precision.
@@ -34,14 +34,14 @@ class LinearProgram:
     row_upper: np.ndarray  #: upper bounds of the rows, shape (rows,)
     low: np.ndarray  #: lower bounds of the columns, shape (columns,)
     high: np.ndarray  #: upper bounds of the columns, shape (columns,)
-    #: Column indices of each variable, keyed by the variable's name or ``id``.
+    #: Map from the name or ``id`` of each variable to the indices of its columns.
     columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
-    #: Row indices of each constraint declared in CVXPY, keyed by the constraint's name or ``id``.
+    #: Map from the name or ``id`` of each constraint that is declared in CVXPY to the indices of its rows.
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, program: "cp.Problem") -> "LinearProgram":
-        """Return the arrays of a linear program that is declared in CVXPY."""
+        """Create the record from a linear program that is declared in CVXPY."""
         from cvxpy.constraints import Zero
 
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
@@ -53,7 +53,7 @@ class LinearProgram:
             np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
             for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
         )
-        # CVXPY places equations before inequalities, each group in the order of declaration.
+        # CVXPY places all equations before all inequalities, and otherwise keeps the order of declaration.
         declared = sorted(program.constraints, key=lambda row: not isinstance(row, Zero))
         *ends, last = np.cumsum([row.size for row in declared])
         assert last == len(rhs)
@@ -73,7 +73,7 @@ class LinearProgram:
 
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
-        """Return the arrays of a linear program that is declared in Pyomo."""
+        """Create the record from a linear program that is declared in Pyomo."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -102,7 +102,7 @@ class LinearProgram:
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return a rigorous lower bound of the cost from dual values of the rows, shape (rows,).
+        """Compute a rigorous lower bound of the cost from dual values of the rows, shape (rows,).
 
         Any dual values are permitted, because the bound includes all rounding errors.
 
@@ -150,8 +150,8 @@ class HighsSession:
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self._highs = highspy.Highs()
         self._highs.silent()
-        # The simplex method may cycle, so its iterations are limited. Runs that converge take fewer
-        # iterations than the number of rows plus columns.
+        # The simplex method may cycle, so its iterations are limited to ten times the number of rows plus
+        # columns. A run that converges needs less than a tenth of this limit.
         limit = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
         for name, value in {**limit, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
@@ -168,11 +168,11 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
     def set_bounds(self, variable: Any, low: float, high: float) -> None:
-        """Set the same lower and upper bound for all columns of a variable."""
+        """Set one lower bound and one upper bound for all columns of a variable."""
         self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
 
     def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
-        """Set one lower bound for all given columns, and an upper bound for each of them."""
+        """Set the bounds of given columns: one lower bound for all, and an upper bound for each column."""
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
@@ -209,7 +209,7 @@ class HighsSession:
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
         if verdict is Verdict.FAILED:
-            # HiGHS may fail from a warm start, so the second run starts cold.
+            # The first run may have failed because of its warm start, so the second run starts cold.
             self._highs.clearSolver()
             remaining = ends - time.perf_counter()
             if remaining > 0:
@@ -218,9 +218,9 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Interrupt a run when HiGHS starts again with another interior-point method.
+        """Let each later run stop as soon as HiGHS changes to another interior-point method.
 
-        The iteration count then falls.
+        The change is recognised by an iteration count that falls.
 
         If a run of HiPO stalls, HiGHS starts its older interior-point method. If this method fails too, the
         dual values of both methods are lost. The interruption preserves the dual values of HiPO.
@@ -242,7 +242,7 @@ class HighsSession:
         """
         check_time()
         start = self._highs.getRunTime()
-        # HiGHS measures the total time of all runs, so the limit is added to the time so far.
+        # The time limit of HiGHS applies to the total time of all runs, so the time of earlier runs is added.
         self._highs.setOptionValue("time_limit", start + min(seconds, seconds_left()))
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
@@ -257,7 +257,7 @@ class HighsSession:
         return self.point()[self.columns(variable)]
 
     def point(self) -> np.ndarray:
-        """Return the values of all columns after the last run, shape (columns,); empty without values."""
+        """Return the values of all columns after the last run, shape (columns,); empty if HiGHS has none."""
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
@@ -268,18 +268,18 @@ class HighsSession:
         return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
-        """Return the dual values of all rows after the last run, shape (rows,); empty without values."""
+        """Return the dual values of all rows after the last run, shape (rows,); empty if HiGHS has none."""
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Return a rigorous lower bound of the cost from the last dual values.
+        """Compute a rigorous lower bound of the cost from the dual values of the last run.
 
         See :meth:`LinearProgram.least`.
         """
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Return a lower bound of ``short·|x|`` from a dual ray, which can prove infeasibility.
+        """Compute a bound that can prove the last program infeasible, from a dual ray.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every
         feasible x. A value of 0 proves nothing.
@@ -291,7 +291,9 @@ class HighsSession:
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
     def dual_ray(self) -> np.ndarray | None:
-        """Return a dual ray (rows,) that proves the last program infeasible; None if HiGHS has no ray.
+        """Return a dual ray, which proves the last program infeasible; None if HiGHS has no ray.
+
+        The ray has shape (rows,).
 
         A positive entry belongs to the lower bound of its row, a negative entry to the upper bound.
         """
@@ -299,7 +301,7 @@ class HighsSession:
         return np.array(ray) if exists else None
 
     def accept_rays_up_to(self, residual: float) -> None:
-        """Let HiGHS report infeasibility although its dual ray has residuals up to a value.
+        """Permit residuals up to a given value in the dual ray with which HiGHS proves infeasibility.
 
         HiGHS checks a ray with the option ``small_matrix_value``. With the value that the matrix needs, some
         small infeasible programs end with the status "Unknown".

@@ -20,7 +20,7 @@ _PYOMO_VERDICTS = {
 
 
 class PyomoEngine:
-    """Program declared in Pyomo, together with a HiGHS instance in which it stays loaded.
+    """Program that is declared in Pyomo, and stays loaded in HiGHS between solves.
 
     See :class:`~.cvxpy_engine.CvxpyEngine` for the arguments. The argument ``repeats`` has no effect.
     """
@@ -36,29 +36,29 @@ class PyomoEngine:
             config = self._highs.config
             config.load_solutions = config.raise_exception_on_nonoptimal_result = False
             config.solver_options = solver.options
-            # Only parameters change between solves, so the interface does not have to detect other changes.
+            # Only parameters change between solves, so Pyomo need not look for other changes of the program.
             updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Record later solves in another effort, and start the next solve without an earlier basis."""
+        """Record all further solves in another effort, and discard the basis of earlier solves."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model
-        # HiGHS keeps the basis and the matrix scaling of an earlier solve. Passing the model again discards
-        # both.
+        # HiGHS would reuse the basis and the matrix scaling of an earlier solve. If the model is passed
+        # again, HiGHS discards both.
         highs.passModel(highs.getLp())
 
     @property
     def size(self) -> LpSize:
-        """Return the size of the program that is loaded in HiGHS."""
+        """Return the numbers of rows, columns and nonzeros of the program in HiGHS."""
         lp = self._highs._solver_model.getLp()
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve with the present parameters, starting from the last basis if it exists.
+        """Solve the program with the current parameters, starting from the last basis if there is one.
 
         Raises TimeLimitReached if the time limit of the analysis has passed.
         """
@@ -68,7 +68,7 @@ class PyomoEngine:
         highs = self._highs._solver_model
         start = time.perf_counter()
         before = highs.getRunTime()
-        # HiGHS measures the total time of all runs, so the limit is added to the time so far.
+        # The time limit of HiGHS applies to the total time of all runs, so the time of earlier runs is added.
         self._highs.config.time_limit = before + seconds_left() if math.isfinite(seconds_left()) else None
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before

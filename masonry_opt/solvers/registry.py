@@ -10,40 +10,42 @@ from typing import Any
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.mistakes import did_you_mean, instead_of
 
-#: Default feasibility and gap tolerance of every solver. With a larger value λ has fewer correct digits; with
-#: a smaller value solvers take more time.
+#: Default feasibility and gap tolerance of every solver. With a larger value, the load factor λ has fewer
+#: correct digits; with a smaller value, solvers take more time.
 SOLVER_TOLERANCE = 1e-9
 
-#: Modelling languages, with the default first.
+#: Modelling languages; the first is the default.
 LANGUAGES = ("cvxpy", "pyomo")
 
-#: Value of the option ``model`` for methods that work on the matrices without a modelling language.
+#: Value of the option ``model`` for methods that use the matrices directly, without a modelling language.
 MATRICES = "matrices"
 
 #: All values of the option ``model``.
 MODELS = (*LANGUAGES, MATRICES)
 
-#: Function that returns the options of a solver for a given tolerance.
+#: Function that converts a tolerance to the options of a solver.
 Options = Callable[[float], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Capabilities of a solver in one modelling language, or of a solver that works on matrices.
+    """Solver in one modelling language, or a solver that works on matrices, with its capabilities.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
 
     name: str
     language: str  #: one of ``MODELS``
-    engine: str  #: name of the solver in the modelling language
-    #: Function that returns the solver options for a tolerance; None if the tolerances are fixed.
+    engine: str  #: name of the solver within the modelling language
+    #: Function that converts a tolerance to the options of the solver; None if the solver has fixed
+    #: tolerances.
     options: Options | None
-    #: Optional module that the solver needs; empty if it is always installed with the package.
+    #: Name of an optional module that the solver needs; empty if the solver is always installed.
     brought_by: str = ""
     #: True if the solver returns an interior point of the set of optimal states instead of a vertex.
     interior: bool = False
-    #: True if a larger tolerance saves time. HiGHS does not: it ends with the status "unknown" at 1e-4.
+    #: True if the solver is faster with a larger tolerance. HiGHS is not: with 1e-4 it ends with the status
+    #: "unknown".
     stops_early: bool = False
     decides: bool = True  #: True if the verdicts "infeasible" and "unbounded" can be trusted
     conic: bool = False  #: True if the solver supports second-order cones
@@ -57,14 +59,14 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """Solver with its options for a given feasibility and gap tolerance."""
+    """Solver with a feasibility and gap tolerance, and the options that set this tolerance."""
 
     entry: SolverEntry
     options: dict[str, Any]
     tolerance: float = SOLVER_TOLERANCE
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the solver by its key, because the functions of its entry cannot be pickled."""
+        """Pickle only the key of the solver, because its entry contains functions that cannot be pickled."""
         return find_solver, self.key
 
     @property
@@ -85,12 +87,12 @@ class Solver:
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
-    # Select qdldl, because above about 100,000 joints Clarabel would choose faer, which takes four times as
-    # long.
+    # Select the linear solver qdldl. For more than about 100,000 joints, Clarabel would choose faer, which
+    # takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        # Iterative refinement takes a third of the time, and its digits are not needed at a tolerance of 1e-5
-        # or more.
+        # Iterative refinement takes a third of the time. At a tolerance of 1e-5 or more, its additional
+        # digits are not needed.
         options["iterative_refinement_enable"] = False
     return options
 
@@ -105,14 +107,15 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # Select "ipx", because "ipm" means HiPO if HiPO is installed. Switch crossover off, because it ends in a
-    # vertex, and the fixed-point iteration needs the centre of the set of optimal states.
+    # The solver is named "ipx", because the name "ipm" selects HiPO if HiPO is installed. Crossover is
+    # switched off, because it ends in a vertex, but the fixed-point iteration needs the centre of the set of
+    # optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
 def _first_order(**iteration_limit: int) -> Options:
-    # First-order solvers need many cheap iterations, more than OSQP permits by default.
+    # First-order solvers need many cheap iterations, so the limit is larger than the default of OSQP.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 
 
@@ -147,13 +150,13 @@ SOLVERS: dict[tuple[str, str], SolverEntry] = {(entry.language, entry.name): ent
 
 
 def names() -> list[str]:
-    """Return the names of all registered solvers and of other solvers that are installed for CVXPY."""
+    """Return the names of all registered solvers, and of further solvers that are installed for CVXPY."""
     known = [name for _, name in SOLVERS]
     return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of a language's solvers that have a capability, with the default first.
+    """Return the names of all solvers of a language that have a capability; the default comes first.
 
     ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
     not installed are included.
@@ -162,7 +165,7 @@ def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...
 
 
 def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLERANCE) -> Solver:
-    """Return the solver with a given name for a modelling language, or the language's default solver.
+    """Return the solver of a given name in a modelling language; without a name, the default solver.
 
     For CVXPY, other installed solvers are accepted too, with their own default tolerances.
 
@@ -188,12 +191,12 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
             f"solver '{name}' needs CasADi, which contains IPOPT: install it with pip install '.[mpec]'"
         )
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
-        raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
+        raise OptionError(f"tolerance must be a number above 0 and at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return the solver with a given tolerance, or with its own tolerance if that is larger."""
+    """Return a solver whose tolerance is the larger of a given tolerance and the solver's own tolerance."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
@@ -216,23 +219,25 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    #: Outcome of a presolve that does not distinguish infeasible from unbounded programs.
+    #: The presolve found that no optimum exists, but did not decide if the program is infeasible or
+    #: unbounded.
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
-    #: Point that does not satisfy the solver's tolerance; a certificate decides if it is accepted.
+    #: The solver's point misses the tolerance; the certificate of the answer decides if the point is
+    #: accepted.
     NEARLY = "nearly optimal"
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Outcome of one solve, with the solver's own status text and its time in seconds."""
+    """Outcome of one solve: verdict, status text of the solver, and time in seconds."""
 
     verdict: Verdict
     status: str
     seconds: float
 
     def readable(self, nearly: bool) -> bool:
-        """Return True if the solver returned a solution to read.
+        """Return True if the solver found a solution whose values can be read.
 
         If ``nearly`` is True, a nearly optimal point counts as a solution.
         """
@@ -240,7 +245,7 @@ class Solved:
 
     @property
     def failed(self) -> bool:
-        """Return True if the solver reached no decision."""
+        """Return True if the solver found neither an optimum nor a proof that none exists."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
 
 
@@ -254,7 +259,7 @@ def iterations_of(info: Any) -> int:
 
 @dataclass(frozen=True)
 class LpSize:
-    """Size of a linear program as passed to the solver."""
+    """Numbers of rows, columns and nonzeros of a linear program in the form that the solver receives."""
 
     rows: int
     columns: int

@@ -23,7 +23,7 @@ def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
 
 
 def with_pressure_removed(problem: Problem) -> Problem:
-    """Return a problem whose live load removes one unit of normal force from every joint.
+    """Return a problem whose live load, at λ = 1, takes one unit of normal force from every joint.
 
     The live load is B e, where e is 1 for every normal force and 0 for shears. The associative load factor of
     this problem is the margin of stability: the largest amount by which the normal forces of all joints can
@@ -33,7 +33,7 @@ def with_pressure_removed(problem: Problem) -> Problem:
 
 
 def unit_pressure(problem: Problem) -> np.ndarray:
-    """Return joint forces, shape (3c + t,), with a normal force of one unit in each joint and no shear."""
+    """Return joint forces with a unit normal force in each joint and no shear, shape (3c + t,)."""
     normal = np.zeros(problem.B.shape[1])
     problem.at_points(normal)[:] = 1 / problem.layout.points
     return normal

@@ -31,11 +31,13 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
 DIAGNOSIS = "diagnosis"  #: Key in a result's ``solvers`` for programs that explain why a scene is unstable.
 
-#: Largest number of programs that are solved to decide if a load drives a mechanism. If more are needed, the
-#: question remains undecided. Small random scenes need at most 5 programs, or 14 without a cone program.
+#: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
+#: needed, the question remains undecided. Small random scenes need at most 5 programs, or 14 if no cone
+#: program is used.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which the simplex method is used. A program of this size takes half a minute.
+#: Largest number of joints for which programs are solved by the simplex method. A program with so many joints
+#: takes half a minute.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed.
@@ -44,43 +46,46 @@ FACTOR_UP_TO = 2000
 #: Largest number of friction factors that the search for the smallest stabilising factor tries.
 _MOST_FACTORS = 12
 
-#: Relative difference of the smallest stable and the largest unstable friction factor at which the search
-#: ends. A smaller value needs more programs.
+#: The search ends if the smallest stable and the largest unstable friction factor differ by at most this
+#: share. A smaller value needs more programs.
 _NEAR = 1e-3
 
-#: Largest friction coefficient after multiplication by a factor. Larger coefficients would cost solvers
-#: digits.
+#: Largest friction coefficient that the search tries. Solvers are less accurate with larger coefficients.
 _LARGEST_FRICTION = 100.0
 
-#: Cosine of the angle between a joint's normal and a block's dead load above which the joint supports the
-#: block.
+#: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load
+#: exceeds this value.
 _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Error: neither forces that carry the dead load nor a falling mechanism could be verified."""
+    """Error: it remains undecided if a scene is stable under its dead load.
+
+    Neither forces that carry the dead load nor a falling mechanism could be verified.
+    """
 
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Values of the reason: status of the last solver, and ratio of the largest to the smallest dead load
-        #: of a block.
+        #: Values for the reason: the status of the last solver, and the ratio of the largest to the smallest
+        #: dead load of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
 
 @dataclass
 class _Standing:
-    """Compiled program that looks for joint forces in equilibrium with the dead load.
+    """Compiled program that finds joint forces in equilibrium with the dead load.
 
     It is eq. (9), the static formulation, without live load.
     """
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    forces: np.ndarray | None = None  #: last joint forces that carried the dead load, shape (3c,)
+    #: Joint forces that carried the dead load in the last stable scene, shape (3c,).
+    forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """Return this program after setting the shear limits of another problem.
+        """Set the shear limits of another problem, and return this program.
 
         :class:`~masonry_opt.solvers.driver.ProgramCache` calls this method.
         """
@@ -92,7 +97,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return block velocities (3b,) of a fall under the dead load alone; None if the scene is stable.
+    """Return velocities with which blocks fall under the dead load, shape (3b,); None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -102,7 +107,7 @@ def falling_mechanism(
 def mechanism_or_forces(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a mechanism that the dead load drives, or else joint forces that carry the dead load.
+    """Return a mechanism that the dead load drives; if there is none, joint forces that carry the dead load.
 
     The mechanism has shape (3b,), the forces have shape (3c + t,).
 
@@ -117,13 +122,13 @@ def mechanism_or_forces(
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        """Declare the program in CVXPY, and return it with its engine."""
+        """Declare the program in CVXPY, and return the program with its engine."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
 
-    # The check does not depend on the live load, so problems with equal dead loads can share one compiled
-    # program.
+    # The check does not depend on the live load. The live load is replaced by the dead load, so that
+    # scenes with equal dead loads share one compiled program.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
@@ -137,7 +142,7 @@ def mechanism_or_forces(
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
-    """Return True if velocities d (3b,) are an associative mechanism that the dead load drives.
+    """Return True if velocities d, shape (3b,), are an associative mechanism that the dead load drives.
 
     The power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
     power.
@@ -159,8 +164,8 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # Radii of gyration of the blocks' bounding boxes. The radius about an axis depends on the two extents
-    # perpendicular to this axis; in the plane the axis is z.
+    # Sum of the squares of the two extents of each bounding box perpendicular to each axis of rotation, from
+    # which the radius of gyration follows. In the plane the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -172,7 +177,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Return the status and the reason of a stable scene for which eq. (9) or eq. (10) has no optimum.
+    """Return the status and the reason if eq. (9) or eq. (10) has no optimum for a stable scene.
 
     - LOCKED: the live load drives a mechanism of the joints' own flow rule, but no mechanism of associative
       flow.
@@ -197,7 +202,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Return the indices of joints that prevent collapse under the live load.
+    """Return the indices of the joints that prevent a collapse under the live load.
 
     The order depends on the status, with the most important joint first:
 
@@ -238,7 +243,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces, shape (3c,), that carry the live load alone; None if no such forces exist.
+    """Return joint forces that carry the live load alone, shape (3c,); None if there are no such forces.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -250,7 +255,9 @@ def _carrying_live_load(
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
-    """Return a problem whose only load is the live load, declared as dead load and scaled to Σ|f| = 1.
+    """Return a problem whose dead load is the live load of ``problem``, scaled to Σ|f| = 1.
+
+    The dead load of ``problem`` is omitted.
 
     ``slope`` is the slope of the shear limits, shape (k,). Cohesion, strength and finite force limits are
     zero.
@@ -260,7 +267,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion (3b,) that the dead load drives; None if joint forces carry the dead load.
+    """Return a motion that the dead load drives, shape (3b,); None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """
@@ -270,7 +277,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 def _decide(
     problem: Problem, solver: Solver, effort: Effort, purpose: str
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a motion that the dead load drives, or else joint forces that carry the dead load.
+    """Return a motion that the dead load drives; if there is none, joint forces that carry the dead load.
 
     The motion has shape (3b,), the forces have shape (3c + t,).
 
@@ -305,7 +312,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return the slip directions of the polygons that replace the friction circles in the next program.
+    """Return the slip directions of the polygons that approximate the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in
@@ -327,7 +334,7 @@ def _finer(
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Return reasons that state if more friction or strength would stabilise an unstable scene.
+    """Return reasons that state if more friction or strength would make an unstable scene stable.
 
     - HANGS, if a falling block is not supported from below.
     - STRENGTH_WOULD_HOLD, if the scene is unstable with any friction, but stable with unlimited strength.
@@ -366,7 +373,9 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """Return the smallest stable and the largest unstable factor on all friction coefficients.
+    """Search for the smallest factor on all friction coefficients with which an unstable scene is stable.
+
+    Return the smallest stable and the largest unstable factor that were tried.
 
     The first factor is None if the scene is stable with no factor that was tried. The search squares the
     factor until the scene is stable, and then bisects on a logarithmic scale.
@@ -396,7 +405,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the given movable blocks that no chain of joints supports from below.
+    """Return those of the given movable blocks that no chain of joints supports from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.
@@ -409,9 +418,9 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # Each edge of the graph leads from a supporting block to the block above it. Further edges lead from an
-    # extra node (number ``count``) to all supports. Supports that can rotate are modelled as movable blocks
-    # with restraining forces, so they are added.
+    # In the graph, each edge leads from a supporting block to the block above it. An extra node with number
+    # ``count`` has edges to all supports. They include supports that can rotate, which are modelled as
+    # movable blocks with restraining forces.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)

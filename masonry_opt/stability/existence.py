@@ -36,31 +36,31 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints for which the program looks for forces that carry the live load alone (rays).
+#: Largest number of joints for which rays are computed: joint forces that carry the live load alone.
 _RAYS_UP_TO = 2000
 
 #: Largest number of joints for which branch and cut is tried.
 _CUTS_UP_TO = 100
 
-#: Largest product of the number of programs and the number of joints. Beyond this product, branch and cut
-#: stops without a proof. Random scenes in which joints jam need 5 to 400 programs, and some up to 3300.
+#: Branch and cut stops without a proof if the number of programs times the number of joints exceeds this
+#: value. Random scenes in which joints jam need 5 to 400 programs, and some up to 3300.
 _MOST_WORK = 120_000
 
 #: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
-#: Rate above which a face counts as moving, if the live load does the work Σ|f_L|. The value affects no
-#: proof, because the residual of each cut is checked against ``PROOF``.
+#: Rate above which a face counts as moving, in a mechanism in which the live load does the work Σ|f_L|.
+#: Proofs do not depend on the value, because the residual of each cut is compared with ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: Share of the largest Farkas multiplier above which a face belongs to a cut. With a larger value, cuts
-#: contain fewer faces but may fail their check.
+#: A face belongs to a cut if its Farkas multiplier exceeds this share of the largest multiplier. With a
+#: larger value, cuts contain fewer faces, but their residuals may be too large.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts that determine the next face for branching: the face that most of them contain.
+#: Number of latest cuts that select the next face for branching, which is the face in most of these cuts.
 _OF_LATE = 200
 
-#: Value of a face in a choice of moving faces: the motion of the face is not decided yet.
+#: Value of a face in a choice of moving faces: it is not yet decided if the face moves.
 _OPEN = -1
 
 #: Value of a face in a choice of moving faces: the face does not move.
@@ -71,7 +71,7 @@ _MOVING = 1
 
 
 class _Undecided(Exception):
-    """Signal that branch and cut found no proof.
+    """Exception that is raised if branch and cut finds no proof.
 
     Either a choice of moving faces cannot be refuted, the residual of a cut is too large, or too many
     programs were solved.
@@ -79,7 +79,7 @@ class _Undecided(Exception):
 
 
 class Cuts:
-    """Branch-and-cut search that tries to exclude all Coulomb states with λ ≥ 0 of a stable scene.
+    """Branch-and-cut search that tries to prove that a stable scene has no Coulomb state with λ ≥ 0.
 
     The problem is in units of its load.
 
@@ -103,9 +103,9 @@ class Cuts:
             HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # Each implied value (at rest or moving) has one matrix, with a row for each cut and a column for each
-        # face. In every state, at least one face of a cut has the implied value. The number of cuts is at
-        # most the number of programs.
+        # Cuts are stored in one matrix for each implied value (at rest, moving), with a row for each cut and
+        # a column for each face. A cut states that at least one of its faces has the implied value. There are
+        # at most as many cuts as programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -115,7 +115,10 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
+        """Prove that no Coulomb state has the moving faces of a choice.
+
+        Raises _Undecided if the proof fails.
+        """
         branch = self._branch(choice)
         while branch is not None:
             # Try the branch with the face at yield first, because this condition excludes most states of
@@ -126,7 +129,7 @@ class Cuts:
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the next face on which to branch; None if no Coulomb state has the chosen moving faces.
+        """Return the next face on which to branch; None if no Coulomb state has the moving faces of a choice.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -141,17 +144,22 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # The moving faces of this choice can all be at yield in one state, so the proof fails.
+                # All moving faces of this choice can be at yield in one state, so the choice cannot be
+                # excluded.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # Branch on the face that most of the latest cuts contain. This choice keeps the search short.
+                # Branch on the face that most of the latest cuts contain, because this keeps the search
+                # short.
                 blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Add all values that the cuts imply to a choice of moving faces; return False on a contradiction."""
+        """Complete a choice of moving faces by all values that the cuts imply.
+
+        The result is False if a cut contradicts the choice.
+        """
         changed = True
         while changed:
             changed = False
@@ -167,7 +175,7 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates (faces,) of a mechanism with few moving faces; None without a mechanism.
+        """Return the rates of a mechanism with few moving faces, shape (faces,); None if there is none.
 
         Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
         """
@@ -177,7 +185,7 @@ class Cuts:
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
     def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
-        """Add a cut of faces that cannot all be at yield in one state, and return its faces.
+        """Find faces that cannot all be at yield in one state, add them as a cut, and return them.
 
         The faces of the cut are among ``held``. None is returned if all faces of ``held`` can be at yield in
         one state, or if the solver finds no optimum.
@@ -192,7 +200,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Add a cut of faces from ``still``: in every mechanism, at least one of its faces moves."""
+        """Find faces among ``still`` of which one moves in every mechanism, and add them as a cut."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
@@ -202,7 +210,7 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut, which states that at least one of the faces ``blamed`` has the value ``implied``.
+        """Store a cut: in every state, at least one of the faces ``blamed`` has the value ``implied``.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -220,7 +228,7 @@ class Cuts:
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return a certificate about the existence of a load factor of a stable scene.
+    """Return a certificate that states if a stable scene has a load factor, as far as it can be proven.
 
     The result is None if the scene has too many joints. If ``of_mechanism`` is True, branch and cut also
     tries to exclude all mechanisms. An associative load factor does not need it, because it depends on
@@ -236,8 +244,9 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    """Return the certificate about the existence of a load factor, for a problem in units of its load."""
-    # If the dilatancy falls with stress, mechanisms with every smaller dilatancy are possible.
+    """Return the certificate of :func:`existence` for a problem in units of its load."""
+    # If the dilatancy falls with stress, every smaller dilatancy is possible. A proof then uses the smallest
+    # dilatancy, which is at most 0.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
@@ -245,8 +254,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method only
-        # failed to find a load factor, so nothing is proven.
+        # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method
+        # failed to find a load factor, but nothing is proven.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -255,8 +264,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # In space the faces are sides of polygons inside the friction cones, so cuts would prove nothing about
-    # the cones.
+    # In space, faces are the sides of polygons inside the friction cones. A cut is a statement about
+    # polygons, and proves nothing about the cones.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate
@@ -270,7 +279,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
 def _ray(
     problem: Problem, slope: np.ndarray, effort: Effort
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
-    """Return joint forces, shape (3c,), that carry the live load alone, and their residuals.
+    """Return joint forces that carry the live load alone, shape (3c,), and their two residuals.
 
     ``slope`` is the slope of the shear limits, shape (k,); cohesion is ignored. The result is None if no
     forces are found, or if their residuals are too large for a proof.
@@ -288,7 +297,7 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """Return a solution without a load factor, extended by the reasons why it has none.
+    """Add to a solution the reasons why it has no load factor, and return the solution.
 
     The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
     the live load from causing collapse. ``associative`` is True if the method's answer is that of associative
@@ -299,7 +308,8 @@ def explained(
         if solution.associative is None or associative:
             certificate = existence(assembly.problem, effort, of_mechanism=not associative)
         else:
-            # An associative load factor exists, so no forces carry every multiple of the live load.
+            # An associative load factor exists, so no joint forces carry arbitrary multiples of the live
+            # load.
             certificate = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=certificate)
     if certificate and not associative:
@@ -315,7 +325,7 @@ def explained(
 
 
 def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
-    """Return a solution without its load factor, with the reason for the withdrawal.
+    """Remove the load factor of a solution, add the reason for the removal, and return the solution.
 
     If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
     Otherwise only wedging keeps the scene stable.
@@ -334,7 +344,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 
 
 def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
-    """Return a solution with the status and the reason that follow from a certificate."""
+    """Return a solution with the status and the reason that its certificate proves."""
     if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if certificate.existence is Existence.NO_STATE:

@@ -17,11 +17,11 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: Difference between the smallest stable and the largest unstable value at which a bisection ends, relative
-#: to the former. A smaller tolerance needs more programs.
+#: A bisection ends if the smallest stable value exceeds the largest unstable value by at most this share of
+#: itself. A smaller tolerance needs more programs.
 _BISECTION_TOLERANCE = 2e-4
 
-#: Stable value below which a bisection ends, regardless of the relative tolerance.
+#: A bisection also ends when the smallest stable value is below this value, which counts as zero.
 _NEGLIGIBLE_VALUE = 1e-4
 
 #: Largest number of joints for which the geometric margin is computed. Each step of its bisection declares a
@@ -30,7 +30,7 @@ _MARGIN_UP_TO = 600
 
 
 def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> float | None:
-    """Return the smallest factor on all friction coefficients with which a scene remains stable.
+    """Return the smallest factor on all friction coefficients with which a stable scene remains stable.
 
     A scene counts as stable if forces carry its dead load. None is returned if no joint can slide, if the
     scene is large, or if the solver cannot decide.
@@ -40,7 +40,7 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
     kept = ProgramCache(keeps=True)
 
     def is_stable(factor: float) -> bool:
-        """Return True if forces carry the dead load with all friction coefficients times the factor."""
+        """Return True if the scene is stable after all friction coefficients are multiplied by a factor."""
         weaker = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
         return falling_mechanism(weaker, solver, effort, kept) is None
 
@@ -48,7 +48,7 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
 
 
 def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
-    """Return the largest share by which all joints can shrink while the scene remains stable.
+    """Return the largest share by which all joints can shrink before the scene becomes unstable.
 
     Each joint shrinks towards its middle.
 
@@ -61,7 +61,7 @@ def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> floa
         return None
 
     def is_stable(share_left: float) -> bool:
-        """Return True if forces carry the dead load after all joints shrink to a share of their size."""
+        """Return True if the scene is stable after all joints have shrunk to a share of their size."""
         return falling_mechanism(_with_shrunk_joints(assembly, share_left), solver, effort) is None
 
     share = _least_stable(is_stable)
@@ -69,9 +69,9 @@ def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> floa
 
 
 def _least_stable(is_stable: Callable[[float], bool]) -> float | None:
-    """Return the smallest value between 0 and 1 with which a scene is stable, by bisection.
+    """Find the smallest value between 0 and 1 for which ``is_stable`` is True, by bisection.
 
-    The scene is stable at 1, and every value above a stable one is stable.
+    ``is_stable`` must be True for 1, and for all values above a value for which it is True.
 
     The result is None if the solver cannot decide.
     """
@@ -91,7 +91,7 @@ def _least_stable(is_stable: Callable[[float], bool]) -> float | None:
 
 
 def _with_shrunk_joints(assembly: Assembly, share: float) -> Problem:
-    """Return a problem whose contact points are moved towards the middles of their joints.
+    """Return a problem in which all contact points are moved towards the middles of their joints.
 
     ``share`` is the remaining distance of a point from the middle, divided by its original distance. The
     force on a moved point is replaced by an equivalent combination of forces on the original points of the

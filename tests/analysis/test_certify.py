@@ -43,7 +43,7 @@ def test_a_state_by_hand_is_exact():
     assert check.exact
     assert check.certificate.worst <= ROUNDING
     assert check.load_factor == 0.5
-    assert str(check).startswith("λ = 0.5 is an exact collapse state")
+    assert str(check).startswith("λ = 0.5: this is an exact collapse state")
     # Only the ratios of the velocities have a meaning.
     assert mo.certify(block_on_floor(), 0.5, Q, [7 * v for v in D]).exact
 
@@ -80,7 +80,7 @@ def test_equilibrium_that_is_missed():
     assert [value(check, name) for name in ("equilibrium", "work", "block")] == pytest.approx(
         [0.1, 0.1 / 0.6, 0.1]
     )
-    assert "NOT an exact collapse state: equilibrium 1.0e-01" in str(check)
+    assert "NOT an exact collapse state, because residuals are too large: equilibrium 1.0e-01" in str(check)
 
 
 def test_yield_that_is_missed():

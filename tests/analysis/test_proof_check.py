@@ -52,7 +52,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a clause without one of its conditions": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "wrong sign",
+        "is negative, although",
     ),
     "a kinematic clause without one of its conditions": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
@@ -74,11 +74,11 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
         lambda proof: with_conflict(
             proof, KinematicConflict, lambda one: {"load_factor": 0.99 * one.weight * proof.bound}
         ),
-        "contradict nothing",
+        "do not lead to a contradiction",
     ),
     "a negative weight": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda _: {"weight": -1.0}),
-        "negative weight",
+        "weight of the energy balance is negative",
     ),
     "half of the conflicts": (
         lambda proof: replace(proof, conflicts=proof.conflicts[::2]),
@@ -150,7 +150,7 @@ def test_a_file_of_the_user_is_not_replaced_by_a_proof(proven, tmp_path):
     _, proof = proven
     path = tmp_path / "mine.json"
     path.write_text('{"my": "data"}')
-    with pytest.raises(mo.OptionError, match="is there already"):
+    with pytest.raises(mo.OptionError, match="exists already"):
         proof.save(path)
     assert path.read_text() == '{"my": "data"}'
     proof.save(path, force=True)

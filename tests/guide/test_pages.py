@@ -231,7 +231,7 @@ def test_the_program_finds_the_numbers_by_hand_of_three_blocks(capsys):
     exec(compile("\n".join(cells), "by_hand.ipynb", "exec"), {})
     printed = capsys.readouterr().out.splitlines()
     assert printed[:2] == ["0.15 0.25", "0.25"]
-    assert "λ = 0.15 is an exact collapse state: no residual exceeds its limit" in printed
+    assert "λ = 0.15: this is an exact collapse state, because no residual exceeds its limit" in printed
     assert printed[-1] == "True"
 
 

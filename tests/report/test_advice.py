@@ -46,7 +46,10 @@ def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
 
 def test_a_capacity_curve_needs_a_scene_without_ties(command):
     error = command.refused("capacity", TIED, "--method", "static")
-    assert "cannot follow [[tie]] 'rod': omit it, or compute only the load factor with 'solve'" in error
+    assert (
+        "cannot take account of [[tie]] 'rod': omit it, or use 'solve' to compute only the load factor"
+        in error
+    )
     assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
     command("solve", TIED, "--method", "static")
 
@@ -57,7 +60,7 @@ def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     scene = mo.load(FILLED)
     filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
     omitted = r"\[\[fill\]\]: omit it" if pressure else r"omit \[\[fill\]\]"
-    with pytest.raises(mo.OptionError, match=f"{omitted}, or compute only the load factor with 'solve'"):
+    with pytest.raises(mo.OptionError, match=f"{omitted}, or use 'solve' to compute only the load factor"):
         mo.capacity(mo.solve(filled, "static"))
     assert mo.capacity(mo.solve(scene.replace(fills=[]), "static")).steps
 

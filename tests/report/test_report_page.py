@@ -253,7 +253,7 @@ def test_what_cannot_be_reported_is_named(command, tmp_path):
     with pytest.raises(OptionError, match="the path of a file must be text"):
         mo.report(result, 3)
     (tmp_path / "report.html").write_text("mine")
-    with pytest.raises(OptionError, match="is there already"):
+    with pytest.raises(OptionError, match="exists already"):
         mo.report(result, tmp_path / "report.html")
     case = CASES / "gilbert" / "two_blocks.toml"
     error = command.refused("report", case, "--out", tmp_path / "report.pdf")

@@ -52,7 +52,7 @@ def solved_by_highs(path):
 
 def times(text):
     """What the objective is divided by to be a load factor, as a file says of itself."""
-    return float(re.search(r"objective: .* times ([\d.e+-]+), the sum", text)[1])
+    return float(re.search(r"the objective is .* times ([\d.e+-]+), which is the sum", text)[1])
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
@@ -270,7 +270,7 @@ def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
         head = path.read_text().split("Source")[0]
         # The median block weighs 1500; feet are 200 wide, blocks 500.
         assert "movable blocks: 2, joints: 3" in head
-        assert "units: force 1500.0, length 100.0 in units of the case" in head
+        assert "the unit of force is 1500.0, and the unit of length is 100.0, in units of the case" in head
         assert "Br?cke" in head
         found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
         assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
