@@ -124,8 +124,7 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
 
 def script() -> str:
     """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, with which a page draws charts."""
-    # Type: ignore[call-arg] # the type stub requires an argument that has a default
-    return vl_convert.javascript_bundle()
+    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub requires an optional argument
 
 
 def chart_contents(title: str, drawings: Sequence[NamedChart]) -> dict[str, str | bytes]:
