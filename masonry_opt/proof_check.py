@@ -23,7 +23,7 @@ from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Pr
 
 @dataclass(frozen=True)
 class ProofCheck:
-    """Result of the check of a proof: its bound, its faults and the numbers of conflicts.
+    """Result of the check of a proof: the bound of the proof, its faults, and how many conflicts it contains.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class _Checker:
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults in the pairs of sliding senses, the energy bounds and the conflicts."""
+        """Return the faults of the proof: in its pairs of sliding directions, energy bounds and conflicts."""
         faults = [
             f"yield conditions {pair} are not the two senses of sliding of one joint"
             for pair in self._wrong_senses()

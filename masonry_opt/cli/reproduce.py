@@ -94,7 +94,7 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files to which a variable of a script is written.
+    """Return the names of the files that store one variable of a script, a table or a figure.
 
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """

@@ -237,10 +237,10 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Compute optimal contact forces of displaced blocks; None if the solver fails.
+        """Return the forces of displaced blocks that maximise λ or, if λ is given, violate statics least.
 
         If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
-        equilibrium and yield at this load factor is minimised.
+        equilibrium and yield at this load factor is minimised. The result is None if the solver fails.
         """
         problem = self.problem(touch, poses)
         if load_factor is None:

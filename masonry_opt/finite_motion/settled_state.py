@@ -118,7 +118,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
 
 
 def _falls(problem: Problem) -> bool:
-    """Return True if a scene is unstable under its dead load."""
+    """Return True if a scene is unstable under its dead load; False if it is stable or undecided."""
     try:
         return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
     except DeadLoadUndecided:

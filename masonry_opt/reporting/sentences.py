@@ -300,7 +300,7 @@ def _bracket(v: dict[str, Any]) -> str:
 def _imposed(v: dict[str, Any]) -> str:
     """Return a text about the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
-    limits += ["normal forces up to ten times all loads"] if v["forces"] else []
+    limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
 
@@ -465,7 +465,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
     Code.LOCKS: "the mechanism locks: from here on no finite motion is possible",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
-    Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
+    Code.STILL_CARRIES: lambda v: (
+        f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
+    ),
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
     **INPUT_SENTENCES,
 }

@@ -145,7 +145,7 @@ class Outcome:
 
     @property
     def stability(self) -> Stability | None:
-        """Reserves of a stable scene without live load; None for other scenes."""
+        """Safety margins of a scene that has no live load and is stable; None for all other scenes."""
         return self.solution.stability
 
     @property

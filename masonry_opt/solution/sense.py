@@ -30,9 +30,10 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 #: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. N and
-#: kN differ by a factor of 1000, stone and timber by a factor of 5. A larger value would miss the factor of
-#: 1000 if the materials differ too. Below this ratio, unit weights are compared with typical values.
+#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. The
+#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. It is well below 1000,
+#: because different materials may reduce that ratio. Unit weights with a smaller ratio are compared with
+#: typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area. If the ratio or its inverse is larger, a

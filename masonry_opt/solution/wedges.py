@@ -23,8 +23,8 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 _PARALLEL_ANGLE = 1e-9
 
 #: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. With a larger value, there is no warning if a large
-#: tolerance makes real wedges parallel. A smaller value causes more warnings.
+#: millimetre per metre, the accuracy of cut stones. A larger value may hide that a large tolerance has made
+#: the faces of a real wedge parallel. A smaller value causes more warnings.
 _NAMED_TURN = 1e-3
 
 #: Share of the friction limit above which a joint counts as about to slide. With a smaller value, warnings

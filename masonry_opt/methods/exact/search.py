@@ -52,7 +52,7 @@ class StateRecord:
 
     @property
     def _has_state_below(self) -> bool:
-        """True if the lowest λ is zero or less, and is lower than all reported load factors."""
+        """True if a state with λ ≤ 0 was found whose load factor is lower than all reported load factors."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property

@@ -74,7 +74,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Threshold(StudyAnswer):
-    """Least or greatest value of a number at which a scene "holds": it is stable, or carries a load.
+    """Least or greatest value of a parameter at which a scene is stable, or carries a required load.
 
     Attributes
     ----------
@@ -326,8 +326,8 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: A trial succeeds if its load factor, or its margin under dead load, is at least this value: the
-        #: load factor ``load``, or a margin of zero.
+        #: A scene holds if its load factor, or its margin under dead load, is at least this value, except for
+        #: rounding errors. The value is the load factor ``load``, or a margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -406,7 +406,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trials at which the scene holds and fails.
+        """Narrow an interval by Brent's method; return its two ends: a trial that holds and a trial that fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """

@@ -48,7 +48,7 @@ class Parameters:
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return the paths to all numbers by name; in space, thickness and joint strength are omitted."""
+        """Return a map from parameter names to paths. In space, thickness and joint strength are left out."""
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
             return paths

@@ -181,8 +181,8 @@ def _rows_of_runs(
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # If the numbers of one scene vary, the values identify a run, so the scenes of recorded runs
-                # need not be made.
+                # In a study of one scene, the values of the parameters identify a run, so the scenes of
+                # recorded runs need not be built.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None

@@ -98,7 +98,7 @@ class Bound:
 
     @property
     def associative(self) -> float | None:
-        """Reaction with associative flow. All other reactions are closer to the reaction at rest."""
+        """Reaction with associative flow, the outermost reaction on this side of the reaction at rest."""
         return self._reaction(self.with_associative.load_factor)
 
     @property
