@@ -145,7 +145,7 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of yield conditions that are wrong: not the two sliding senses of one joint."""
+        """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]

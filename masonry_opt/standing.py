@@ -57,7 +57,7 @@ class DeadLoadCheck:
         return self._decide_by_program(own_effort)[0]
 
     def answer(self) -> Solution:
-        """Return the solution of a scene without live load: stable, with its reserves, or unstable."""
+        """Return the solution of a scene without live load, with safety margins if the scene is stable."""
         self.effort.begins("stability under the dead load")
         own_effort = self.effort.beside()
         is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST

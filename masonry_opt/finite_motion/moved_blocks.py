@@ -184,10 +184,9 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """Mask of the blocks that are touched on an edge, for each corner of each joint.
+        """Mask with a value for each joint corner and block: True if an edge of the block is touched there.
 
         The shape is (joints, 2 corners, 2 blocks).
-
         Usually the corner of one block touches the edge of the other block. If corners of both blocks
         coincide, both blocks count as touched on an edge.
         """
@@ -237,7 +236,7 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Return the forces of displaced blocks that maximise λ or, if λ is given, violate statics least.
+        """Return the forces of largest λ or, at a given λ, of least violation of equilibrium and yield.
 
         If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
         equilibrium and yield at this load factor is minimised. The result is None if the solver fails.
@@ -414,7 +413,7 @@ def control_force(result: Result, live: Forces, block: str | None, point: tuple[
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
         raise OptionError(
-            "the live load has no resultant, so a control point has no direction to move: omit 'block'"
+            "the live load has no resultant, which would be the direction of a control point: omit 'block'"
         )
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:

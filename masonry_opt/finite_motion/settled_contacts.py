@@ -248,7 +248,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how much each of the ``struts`` lengthens, shape (k,), and the derivatives by all poses."""
+        """Return the lengthening of each tie or prop, shape (k,), and its derivatives by the poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)

@@ -406,7 +406,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given movable blocks that no chain of joints supports from below.
+    """Return the movable blocks among ``blocks`` that no chain of joints supports from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.

@@ -201,7 +201,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Find faces among ``still`` of which one moves in every mechanism, and add them as a cut."""
+        """Find faces among ``still`` of which at least one moves in every mechanism; add them as a cut."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):

@@ -1,4 +1,4 @@
-"""Runs of a scene with different values of its numbers, which are solved in parallel and recorded."""
+"""Runs of a scene with different values of its parameters, which are solved in parallel and recorded."""
 
 import contextlib
 import pickle
@@ -49,8 +49,8 @@ _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice in the error message about a table of runs that would be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; several charts are numbered.
-HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
+_LINE_CHART = "load_factor"  #: Name of the chart of λ against a parameter; several charts are numbered.
+HEAT_MAP = "heat_map"  #: Name of the chart of λ over two parameters.
 #: Names of the files that a sweep or a sample writes in addition to its table.
 _STUDY_FILES = re.compile(
     rf"({_LINE_CHART}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
@@ -67,7 +67,8 @@ class Study(NamedTuple):
     how: HowToSolve
     #: Function that returns the scene for a mapping from names to values.
     make: Callable[[Mapping[str, float]], Scene]
-    scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
+    #: Scene whose parameters vary; None if a function of the user makes the scenes.
+    scene: Scene | None = None
 
 
 class StudyOutput(NamedTuple):
@@ -91,7 +92,7 @@ def _is_study_file(name: str) -> bool:
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
-    """Return the names of a sweep's charts: λ against each number, and a heat map for two numbers."""
+    """Return the names of a sweep's charts: λ against each parameter, and a heat map for two parameters."""
     if len(names) > 2:
         return [f"{_LINE_CHART}_{number}" for number in range(1, len(names) + 1)]
     return [_LINE_CHART, HEAT_MAP][: len(names)]
