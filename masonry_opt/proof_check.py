@@ -188,7 +188,7 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why the multipliers d and p do not prove cost·q > least; "" if they prove it.
+        """Return the reason why the multipliers d and p do not prove cost·q > least, or "" if they prove it.
 
         The multipliers have the shapes (3b,) and (faces,).
 
@@ -211,7 +211,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause; "" if it proves the clause.
+        """Return the reason why a kinematic conflict does not prove its clause, or "" if it proves it.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all

@@ -46,7 +46,7 @@ class DeadLoadCheck:
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return a solution that says why the scene is unstable under its dead load; None if it is stable."""
+        """Return a solution with the reason why the scene is unstable, or None if the scene is stable."""
         self.effort.begins("stability under the dead load")
         # The programs of this check are counted separately, so the result includes its time and solver, but
         # not their number.
@@ -155,7 +155,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return forces of elastic contacts that carry the dead load, shape (3c + t,); None if unknown."""
+        """Return forces of elastic contacts that carry the dead load, shape (3c + t,), or None if unknown."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None

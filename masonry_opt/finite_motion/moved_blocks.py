@@ -265,8 +265,8 @@ class MovedBlocks:
 
     def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Convert velocities d, shape (3b,), to rates of the poses of all blocks, shape (blocks, 3)."""
-        # The velocities d are those of the centroids. A pose is relative to the origin, so the translation of
-        # each block is converted from its centroid to the origin.
+        # The velocities d are velocities of the centroids. A pose is relative to the origin, so the
+        # translation of each block is converted from its centroid to the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])

@@ -124,7 +124,7 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause with the largest slip of joints that slide, and the threshold; "" in space."""
+    """Return a clause with the largest slip of sliding joints and the threshold, or "" in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
@@ -227,7 +227,7 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return text such as " with 2 jumps" on a load history; "" if the load history has no jumps."""
+    """Return text such as " with 2 jumps" on a load history, or "" if the load history has no jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 

@@ -40,7 +40,7 @@ def reserves(result: Outcome) -> dict[str, str]:
 
 
 def _least_friction(stability: Stability, friction: list[float]) -> str:
-    """Return a text about the least friction with which a scene is stable; "" if this friction is unknown."""
+    """Return a text about the least friction with which a scene is stable, or "" if it is unknown."""
     factor = stability.least_friction_factor
     if factor is None:
         return ""
@@ -69,7 +69,7 @@ def _thrust(stability: Stability) -> str:
 
 
 def _worst_joint(stability: Stability) -> str:
-    """Return a text about the joint whose resultant is nearest to the edge; "" without such a joint."""
+    """Return a text about the joint whose resultant is nearest to the edge, or "" without such a joint."""
     worst = stability.worst_joint
     if worst is None:
         return ""

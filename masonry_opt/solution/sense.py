@@ -42,8 +42,8 @@ _OTHER_UNITS = 300.0
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads. Above this ratio, a
-#: warning says that their units probably differ. With a larger value, there is no warning for a strength in N
-#: in a large scene with weights in kN.
+#: warning says that their units probably differ. A larger value would miss a strength in N in a large scene
+#: with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
 #: Ratio of the median block weight to the strength of a tie or prop. Above this ratio, a warning says that

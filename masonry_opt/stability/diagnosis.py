@@ -98,7 +98,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return velocities with which blocks fall under the dead load, shape (3b,); None if the scene is stable.
+    """Return velocities of a fall under the dead load, shape (3b,), or None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -244,7 +244,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces that carry the live load alone, shape (3c,); None if there are no such forces.
+    """Return joint forces that carry the live load alone, shape (3c,), or None if there are no such forces.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -268,7 +268,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion that the dead load drives, shape (3b,); None if joint forces carry the dead load.
+    """Return a motion that the dead load drives, shape (3b,), or None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """

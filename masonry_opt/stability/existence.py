@@ -130,7 +130,7 @@ class Cuts:
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the next face on which to branch; None if no Coulomb state has the moving faces of a choice.
+        """Return the next face on which to branch, or None if no Coulomb state agrees with the choice.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -176,7 +176,7 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates of a mechanism with few moving faces, shape (faces,); None if there is none.
+        """Return the rates of a mechanism with few moving faces, shape (faces,), or None if there is none.
 
         Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
         """

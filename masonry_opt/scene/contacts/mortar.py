@@ -283,7 +283,7 @@ def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
 
 
 def _mean_gap(facing: Facing) -> np.ndarray:
-    """Return the mean distance of sides that face each other, shape (facing,)."""
+    """Return the mean distance of sides that face each other, shape (n,)."""
     mean: np.ndarray = facing.most - facing.angle * facing.width / 2
     return mean
 

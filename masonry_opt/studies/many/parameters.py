@@ -34,7 +34,7 @@ _LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Parameters of a scene (numbers in its case file) by name, including those of generators."""
+    """Parameters of a scene by name: the numbers in its case file, including its generators."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case

@@ -413,7 +413,7 @@ def _cell(value: object) -> str:
 
 
 def _case_text(scene: Scene) -> str:
-    """Return the content of the case file of a scene; "" if it is too long to print.
+    """Return the content of the case file of a scene, or "" if it is too long to print.
 
     Generators are not expanded, and innermost lists take one line each.
     """
