@@ -102,7 +102,7 @@ def described(result: Outcome) -> str:
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Return a text that names the joints that begin to slide or to open, or "" if there are no such joints.
+    """Return a text that names the joints that begin to slide or to open, or "" if no joint does.
 
     ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
     """

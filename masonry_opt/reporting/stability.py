@@ -69,7 +69,7 @@ def _thrust(stability: Stability) -> str:
 
 
 def _worst_joint(stability: Stability) -> str:
-    """Return a text about the joint whose resultant is nearest to the edge, or "" without such a joint."""
+    """Return a text about the joint whose resultant is nearest to an edge, or "" if no joint is known."""
     worst = stability.worst_joint
     if worst is None:
         return ""

@@ -50,8 +50,9 @@ _DEAD_LOADS_TO_STRENGTH = 20.0
 #: the strength is too small to have an effect.
 _WEIGHT_TO_STRENGTH = 100.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop. Above this ratio, a warning says that
-#: the strength is too small to have an effect, if it is also smaller than a fifth of the median block weight.
+#: Ratio of the sum of all dead loads to the strength of a tie or prop. If the ratio is larger, and the
+#: strength is smaller than a fifth of the median block weight, a warning says that the strength is too small
+#: to have an effect.
 _SUM_TO_STRENGTH = 1000.0
 
 #: Ratio of a block's weight to a dead force on the block. Above this ratio, a warning says that the force is

@@ -60,7 +60,7 @@ def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Refutation:
-    """Row multipliers that prove a linear program infeasible, and the yield conditions in the contradiction.
+    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve.
 
     ``blamed`` are the conditions that contradict each other according to the multipliers.
     """

@@ -249,7 +249,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the state with the lower load factor of two states, each of which may be None.
+    """Return the state with the lower load factor; either of the two states may be None.
 
     - If the load factors are equal, an exact state is preferred, or else the first state.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which

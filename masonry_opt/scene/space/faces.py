@@ -24,9 +24,9 @@ from masonry_opt.scene.scene import Scene
 #: error. A message multiplies the distance by this ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face, relative to the square root of the face's area,
-#: that may be an error of the coordinates. Up to this distance, the error message also suggests a tolerance.
-#: If the limit were larger, the message would suggest a tolerance for faces that are bent on purpose.
+#: Largest distance of a corner from the plane of its face that may be an error of the coordinates, relative
+#: to the square root of the face's area. If no corner is farther away, the error message also suggests a
+#: tolerance. A larger limit would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 
