@@ -413,7 +413,7 @@ def control_force(result: Result, live: Forces, block: str | None, point: tuple[
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
         raise OptionError(
-            "the live load has no resultant, which would be the direction of a control point: omit 'block'"
+            "the live load has no resultant, so the direction of the displacement is undefined: omit 'block'"
         )
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:
