@@ -287,7 +287,7 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under the largest load with equilibrium, over the norm of the live load, (3b,)."""
+        """Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
