@@ -82,6 +82,7 @@ def test_blocks_move_on_under_a_lower_load():
     assert f"once the blocks move, they carry only λ = {result.end:.6g}" in result.summary
 
 
+@pytest.mark.slow
 def test_a_load_that_exceeds_the_weights_ten_thousandfold_stays_below_the_bound():
     """Unbalanced forces within the tolerance, which is relative to the load, carry 5e-5 more than the bound.
 

@@ -116,7 +116,7 @@ def small_bridge(**joints):
     ("name", "values"),
     [
         ("joints.friction", [0.3, 0.6]),
-        ("fill.mobilised", [0.15, 0.9]),
+        pytest.param("fill.mobilised", [0.15, 0.9], marks=pytest.mark.slow),
         pytest.param("joints.strength", [500.0, 5000.0], marks=pytest.mark.slow),
         pytest.param("thickness", [0.5, 2.0], marks=pytest.mark.slow),
     ],
