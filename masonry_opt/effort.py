@@ -24,6 +24,12 @@ PARTS = (
 )
 
 
+def phases_from(options: dict[str, Any]) -> Phases:
+    """Remove ``phases``, an option of :func:`~masonry_opt.solve`, from the options of a study; return it."""
+    phases: Phases = options.pop("phases", lambda _: None)
+    return phases
+
+
 class Effort:
     """Counter of the seconds, the solved programs and the solver iterations of an analysis."""
 

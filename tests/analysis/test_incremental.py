@@ -17,10 +17,12 @@ from scenes import (
     two_blocks,
     values_of,
 )
+from second_program import bounds, random_of_any_kind
 
 import masonry_opt as mo
 from masonry_opt.methods import associative
 from masonry_opt.methods.incremental import method as incremental_method
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
@@ -78,6 +80,21 @@ def test_blocks_move_on_under_a_lower_load():
         result.incremental,
     )
     assert f"once the blocks move, they carry only λ = {result.end:.6g}" in result.summary
+
+
+@pytest.mark.slow
+def test_a_load_that_exceeds_the_weights_ten_thousandfold_stays_below_the_bound():
+    """Unbalanced forces within the tolerance, which is relative to the load, carry 5e-5 more than the bound.
+
+    The bound is that of another program of classical limit analysis. No slip occurs, so all load factors are
+    equal.
+    """
+    scene = random_of_any_kind(1_600_467)
+    (most,) = {bounds(assemble(scene)).inside, bounds(assemble(scene)).outside}
+    result = mo.solve(scene, "incremental")
+    assert result.at_incremental.exact
+    assert result.incremental == pytest.approx(most, rel=1e-7)
+    assert most > 1e5
 
 
 @pytest.mark.slow

@@ -55,7 +55,10 @@ def test_rubble_that_carries_any_multiple_by_statics(monkeypatch):
     assert not result.infeasibility.proven
 
 
-@pytest.mark.parametrize(("seed", "load_factor"), [(1400437, 9.4690644611), (1400488, 3.5184944221)])
+@pytest.mark.parametrize(
+    ("seed", "load_factor"),
+    [pytest.param(1400437, 9.4690644611, marks=pytest.mark.slow), (1400488, 3.5184944221)],
+)
 def test_states_of_scenes_whose_statics_carry_any_multiple(seed, load_factor):
     """The load history from rest has no limit, but the scene has exact states.
 

@@ -35,7 +35,7 @@ live_per_weight = [1, 0]
 """.format(courses=", ".join(str(row) for row in ([1] * 60, [0.5] + [1] * 59 + [0.5])))
 
 #: Methods that stop at the same checks as the default; each test takes the seconds of its limit.
-SLOWER_TO_TEST = ("static", "kinematic", "nonassociative", "incremental")
+METHODS = ("coulomb", "static", "kinematic", "nonassociative", "incremental")
 
 
 def test_the_earlier_of_two_limits_applies():
@@ -56,9 +56,10 @@ def test_after_the_limit_the_next_phase_does_not_begin():
     check_time()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
-    ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in SLOWER_TO_TEST)],
+    METHODS,
 )
 def test_every_method_ends_soon_after_its_limit(method, tmp_path):
     """The wall has 4,860 blocks; parts without a check, such as compiling, may take some seconds longer."""

@@ -137,6 +137,7 @@ def on_paper(browser):
     chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+@pytest.mark.slow
 def test_pages_print_whole(on_paper, comparison_page, tmp_path):
     """No table is cut or rolled, no control printed."""
     mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
@@ -153,6 +154,7 @@ def test_pages_print_whole(on_paper, comparison_page, tmp_path):
         assert printed.execute_script(_BOXES, "input") in ([], [[0, 0, 0, 0]])
 
 
+@pytest.mark.slow
 def test_a_picture_stands_for_what_turns_on_paper(on_paper, tmp_path):
     mo.solve(mo.extrude(block_on_floor(), 1.0), "static").save(tmp_path / "space.html")
     printed = on_paper(tmp_path / "space.html")

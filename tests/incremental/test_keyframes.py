@@ -31,6 +31,7 @@ def test_they_begin_at_rest_and_end_under_the_load_of_collapse(loaded):
     assert frames.displacement == pytest.approx(work)
 
 
+@pytest.mark.slow
 def test_at_the_end_blocks_move_by_the_mechanism_of_the_collapse(loaded):
     result, frames = loaded
     step, mechanism = frames.d[-1] - frames.d[-2], result.at_incremental.solution.d

@@ -398,6 +398,6 @@ def test_a_movable_block_named_ground_supports_nothing():
 
 def test_an_error_of_a_capacity_curve_names_all_ties_that_must_be_omitted():
     result = mo.solve(hung_from_ground((0.5, 1.0), live=(0, -1)), "static")
-    ties = r"\[\[tie\]\] 'brick\|ground', 'brick\|ground': omit them, or compute"
+    ties = r"\[\[tie\]\] 'brick\|ground', 'brick\|ground': omit them, or use 'solve' to compute"
     with pytest.raises(mo.OptionError, match=ties):
         mo.capacity(result)

@@ -221,6 +221,7 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     assert (tmp_path / "load_factor.png").read_bytes() == (folder / "load_factor.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_csv_is_the_table_to_the_last_digit(swept, tmp_path):
     frame, folder = swept
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)  # with the journal: nothing is run again

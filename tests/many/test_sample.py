@@ -100,6 +100,7 @@ def test_incremental_load_factors_stand_beside_the_lowest_found():
         assert {row["of"] for row in rows} == {"lowest found", "incremental"}
 
 
+@pytest.mark.slow
 def test_a_number_that_does_not_matter_is_drawn_too():
     """Nor does any of one run: the chart of what matters has no marks, and no legend."""
     found = sampled([0.3, 0.3, 0.3, 0.3])

@@ -156,7 +156,7 @@ def test_a_function_of_numbers_is_varied_too(tmp_path):
         (block_on_floor(), {"joints.friction": 0.3}, "list of numbers"),
         (block_on_floor(), {"joints.friction": [0.3, 0.3]}, "twice"),
         (block_on_floor(), {"joints.frictoin": [0.3]}, "joints.friction"),
-        (lambda width: width, {"height": [1.0]}, "other arguments"),
+        (lambda width: width, {"height": [1.0]}, "missing a required argument: .width"),
         (lambda width: width, {"width": [1.0]}, "must return a Scene"),
         (lambda status: block_on_floor(), {"status": [1.0]}, "is a column"),
     ],

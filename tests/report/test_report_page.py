@@ -218,6 +218,7 @@ def test_what_is_not_proven_of_several_answers_is_said_once(tmp_path, answer_and
     assert f"{'; '.join(names)}: exact collapse state, from" in page.text
 
 
+@pytest.mark.slow
 def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(answer_and_page):
     for name, bars in (("result", 1), ("space", 0)):
         sources = answer_and_page(name)[1].sources

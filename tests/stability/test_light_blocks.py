@@ -38,11 +38,14 @@ def column(side):
     return on_boulder(side, small, friction=0.4)
 
 
+#: Runs of the loop take seconds on the first scene.
+TIMED = [pytest.param(run, marks=[pytest.mark.slow] if "loop" in run else []) for run in RUNS]
+
 #: Runs that answer whatever the ratio; interior points and the loop leave forces out of balance.
 ALWAYS = {"static, simplex", "kinematic, interior point", "kinematic, Pyomo"}
 
 
-@pytest.mark.parametrize("run", RUNS)
+@pytest.mark.parametrize("run", TIMED)
 def test_the_load_factor_is_right_or_not_given(run):
     """Fig. 6: A is pushed out from under B, which also rests on a rough support: 2.5 μ associative, 1.5 μ
     Coulomb."""

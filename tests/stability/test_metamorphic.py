@@ -79,6 +79,7 @@ def test_load_factors_in_space_are_unmoved(scene, name):
         assert max(first.certificate.worst, second.certificate.worst) < 1e-7
 
 
+@pytest.mark.slow
 def test_the_default_in_space_is_certified_all_the_same():
     """It ends in one exact state of many, and rounding may choose another."""
     result = solved(mappings_in_space.SAME["turned"](CORNER))

@@ -218,7 +218,10 @@ def case(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "code", "status"), [("ramp", 0, "stable"), ("steep", 1, "unstable")])
+@pytest.mark.parametrize(
+    ("name", "code", "status"),
+    [pytest.param("ramp", 0, "stable", marks=pytest.mark.slow), ("steep", 1, "unstable")],
+)
 def test_commands_answer_with_status_and_exit_code(case, name, code, status):
     run = CliRunner().invoke(app, ["solve", f"{name}.toml", "--json"])
     answer = json.loads(run.stdout)

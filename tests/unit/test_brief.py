@@ -91,6 +91,7 @@ def test_a_proof_prints_as_a_sentence():
     assert "\n" not in text
 
 
+@pytest.mark.slow
 def test_answers_of_studies():
     wall = small_wall(2, 2)
     for answer in (

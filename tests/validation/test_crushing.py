@@ -126,6 +126,7 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     assert factors[-1] == pytest.approx(unlimited, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_a_load_history_and_the_loop_end_in_exact_states():
     scene = SCENES["column"]
     associative = solved(scene, "static", solver="highs").required()

@@ -36,7 +36,7 @@ OWN_TEST = {
 }
 
 #: Scenes of many joints, which take seconds.
-LARGE = {"diamond_4"}
+LARGE = {"diamond_4", "slope"}
 
 
 #: Cases and the names of their references with a tolerance.

@@ -77,7 +77,8 @@ def balance(size: int) -> float | None:
     return None if found.status == 2 else float(found.x[-1])
 
 
-@pytest.mark.parametrize("size", [3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [3, 4])
 def test_diamonds_of_up_to_four_stand(size):
     expected = balance(size)
     assert expected == pytest.approx({3: 1.0, 4: 1 / 6}[size], rel=1e-9)

@@ -66,6 +66,9 @@ class IncrementalResult:
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
     collapse: Collapse | None = None
+    #: Forces that are missing for equilibrium under ``carried``, divided by the norm of the live load, shape
+    #: (3b,). They are within the tolerance of an equilibrium.
+    unbalanced: np.ndarray | None = None
 
     @property
     def load_factor(self) -> float | None:
@@ -85,17 +88,25 @@ class IncrementalResult:
         """
         if self.state is not None or state is None:
             return self
-        if _is_between(state, self.carried, self.not_carried, self.not_carried):
+        if _is_between(state, self.carried, self.not_carried, self.not_carried, self.unbalanced):
             return replace(self, state=state, state_in_motion=None)
         if self.state_in_motion is None and state.load_factor < self.carried:
             return replace(self, state_in_motion=state)
         return self
 
 
-def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
-    """Return True if the load factor of a state is between two load factors, up to rounding errors."""
+def _is_between(
+    state: Answer, carried: float, not_carried: float, size: float, unbalanced: np.ndarray | None
+) -> bool:
+    """Return True if the load factor of a state is between two load factors, up to numerical errors.
+
+    Errors are rounding errors of a load factor of the given size, and the work of the ``unbalanced`` forces
+    (3b,) in the motion of the state. By virtual work, an equilibrium with unbalanced forces may carry more
+    than the exact collapse load by this work, divided by the work of the live load.
+    """
     rounding = SAME * size
-    return carried - rounding <= state.load_factor <= not_carried + rounding
+    error = rounding if unbalanced is None else rounding + abs(float(unbalanced @ state.d))
+    return carried - error <= state.load_factor <= not_carried + rounding
 
 
 class IncrementalAnalysis:
@@ -271,7 +282,14 @@ class _LoadRaising:
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
-        return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
+        size = self._size_of(self.not_carried)
+        return _is_between(state, self.carried, self.not_carried, size, self._unbalanced)
+
+    @property
+    def _unbalanced(self) -> np.ndarray:
+        """Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,)."""
+        forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
+        return forces / self.problem.live_norm
 
     def _size_of(self, load_factor: float) -> float:
         """Return the positive number that scales differences of a load factor."""
@@ -394,6 +412,7 @@ class _LoadRaising:
             state,
             None if state is not None else self.state_in_motion,
             self.collapse,
+            self._unbalanced,
         )
 
     def _find_exact_state(self) -> Answer | None:

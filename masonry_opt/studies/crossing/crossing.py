@@ -12,7 +12,7 @@ import numpy as np
 
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.deadline import TimeLimitReached, limited
-from masonry_opt.effort import Effort, Phases
+from masonry_opt.effort import Effort, Phases, phases_from
 from masonry_opt.errors import CaseError, MasonryError, OptionError, TimeLimitError, counted
 from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
@@ -37,7 +37,7 @@ _LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, relativ
 _AxlesArgument = str | Axles | Sequence[Axles] | None
 
 
-def crossing(  # noqa: PLR0913 - options of the public API are keywords
+def crossing(
     scene: Scene | str | Path,
     axles: str | Axles | Sequence[Axles] | None = None,
     *,
@@ -46,7 +46,6 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     settled: Movements | None = None,
     required_factor: float | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
-    phases: Phases = lambda _: None,
     **options: Any,
 ) -> Crossing:
     """Move axles over a scene in the plane and find the position with the least load factor.
@@ -72,7 +71,7 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
         the scene.
     method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
         incremental load factor is computed only at the worst position. The ``time_limit`` is that of the
-        whole crossing.
+        whole crossing. The function ``phases`` is called during the first solve only.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
     settled: Movement of supports before the axles cross, by name, as for
@@ -80,7 +79,6 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
     required_factor: Load factor that the scene must reach. The answer then states whether the scene passed,
         and ``passed`` is True or False.
     progress: Function called with each solved position and its load factor (NaN without one).
-    phases: Function called with a few words as each phase of the first solve begins: "finding joints", ...
 
     Returns
     -------
@@ -102,6 +100,7 @@ def crossing(  # noqa: PLR0913 - options of the public API are keywords
         If the crossing was interrupted before any position was solved. Its text also states that load factor.
     """
     refuse_required_factor(required_factor)
+    phases = phases_from(options)
     session = prepare(method, function=crossing, **options)
     scene = as_scene(scene, load_case)
     crossed = cross(session, scene, axles, settled=settled, first_look=True, progress=progress, phases=phases)

@@ -15,7 +15,7 @@ from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import AT_REST, BLACK, SERIES, VERMILION
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
-from masonry_opt.effort import Effort, Phases
+from masonry_opt.effort import Effort, Phases, phases_from
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.finite_motion.settled_state import settled_scene
@@ -345,7 +345,7 @@ def solve_all(
     return {name: session.solve(scene, progress, Effort(with_name(name))) for name, scene in scenes.items()}
 
 
-def directions(  # noqa: PLR0913 - options of the public API are keywords
+def directions(
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
@@ -354,7 +354,6 @@ def directions(  # noqa: PLR0913 - options of the public API are keywords
     load_case: str | None = None,
     settled: Movements | None = None,
     progress: Progress = lambda _: None,
-    phases: Phases = lambda _: None,
     **options: Any,
 ) -> Directions:
     """Solve a scene for earthquakes from all sides, which replace its live loads.
@@ -370,8 +369,8 @@ def directions(  # noqa: PLR0913 - options of the public API are keywords
     load_case: Name of the load case whose dead loads are applied.
     settled: Movement of supports before the earthquake, by name: (x, y) or (x, y, rotation). The scene must
         be in the plane.
-    method, progress, phases, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``,
-        ``solver``, ...
+    method, progress, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``,
+        ``phases``, ...
 
     Returns
     -------
@@ -385,6 +384,7 @@ def directions(  # noqa: PLR0913 - options of the public API are keywords
     CaseError
         If the scene is wrong.
     """
+    phases = phases_from(options)
     base = as_scene(scene, load_case)
     base.refuse_without_case()
     if base.tilt:

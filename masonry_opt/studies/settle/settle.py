@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.analysis import prepare
-from masonry_opt.effort import Effort, Phases
+from masonry_opt.effort import Effort, phases_from
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.freed_supports import freed, reaction_at_rest, refuse_idle, supports_of
 from masonry_opt.methods.associative import associative
@@ -27,7 +27,7 @@ from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.studies.settle.answer import Bound, Settlement
 
 
-def settle(  # noqa: PLR0913 - options of the public API are keywords
+def settle(
     scene: Scene | str | Path,
     support: str | Sequence[str],
     direction: Sequence[float],
@@ -36,7 +36,6 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     movement: float | None = None,
     load_case: str | None = None,
     method: str = DEFAULT,
-    phases: Phases = lambda _: None,
     **options: Any,
 ) -> Settlement:
     """Find the least and the greatest reaction of supports with which a scene is stable under its dead load.
@@ -58,7 +57,7 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
     movement: movement of the support in this direction, in the unit of length, at which openings are reported
         too.
     load_case: name of the load case whose dead loads are applied.
-    method, phases, options: as for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ...
+    method, options: as for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ``phases``, ...
 
     Returns
     -------
@@ -74,6 +73,7 @@ def settle(  # noqa: PLR0913 - options of the public API are keywords
         not a vector of the scene's dimension; if the movement is not above zero, or so large that openings of
         small motions are inaccurate; or for the reasons of :func:`~masonry_opt.solve`.
     """
+    phases = phases_from(options)
     session = prepare(method, function=settle, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()

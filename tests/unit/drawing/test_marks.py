@@ -66,6 +66,7 @@ def motion_of(result):
     return joint_motion(result.assembly, result.solution)
 
 
+@pytest.mark.slow
 def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
     """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which
     they do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""

@@ -112,6 +112,7 @@ def test_what_blocks_hide_is_hidden_and_nothing_else(view):
     assert not found[hidden].any()
 
 
+@pytest.mark.slow
 def test_a_scene_and_its_results_are_drawn_from_one_view():
     """Pushed askew along the wider side, the box slides; the view is that of the load, and of the drawing."""
     scene = box_on_floor((4.0, 1.0, 4.0), live=(1.0, 0.4, 0.0))

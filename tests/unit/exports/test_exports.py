@@ -335,6 +335,7 @@ def test_the_clauses_of_a_result_are_those_of_its_proof(tmp_path):
     assert path.read_text().endswith(result.proof.to_dimacs())
 
 
+@pytest.mark.slow
 def test_clauses_without_a_proof_are_refused(tmp_path):
     with pytest.raises(mo.OptionError, match="no proof was found: proofs exist only for scenes in the plane"):
         mo.export(corner_wall(2, 2, 2), tmp_path / "corner.cnf")

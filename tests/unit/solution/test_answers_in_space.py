@@ -110,7 +110,7 @@ def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
     assert (motion.slides.all(), motion.hinges.any(), motion.separates.any()) == (True, False, False)
 
 
-@pytest.mark.parametrize("method", ["static", "coulomb"])
+@pytest.mark.parametrize("method", ["static", pytest.param("coulomb", marks=pytest.mark.slow)])
 def test_resultants_balance_weight_and_load_of_each_block(method):
     """Forces, and moments about the centroid: the resultant where it acts, and torsion, are all of a
     joint."""

@@ -151,6 +151,7 @@ def test_a_program_that_is_out_of_time_is_not_begun_again(watched):
     assert session.solve() is Verdict.OPTIMAL
 
 
+@pytest.mark.slow
 def test_a_limit_is_of_one_run_whatever_those_before_took():
     """HiGHS counts the time of all runs: a search would end where it had come to half of its own."""
     forces, effort = CvxpyForces(assemble(mo.load(WALLS[5])).problem), Effort()

@@ -123,6 +123,7 @@ def refused(seeds, tmp_path, names=tuple(STONES)):
     return wrong
 
 
+@pytest.mark.slow
 def test_noisy_stones_are_read_and_weigh_what_they_weigh(tmp_path):
     """Forty stones of simple shapes; the divergence theorem gives their weight without noise."""
     simple = [name for name in STONES if "triangles" not in name]
