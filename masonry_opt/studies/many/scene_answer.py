@@ -45,7 +45,7 @@ class SceneAnswer(NamedTuple):
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis or the crossing, so that more time may change the answer."""
+        """True if the time limit ended the analysis or the crossing. More time may change the answer."""
         answer = self.result if self.crossing is None else self.crossing
         return answer.time_limit_reached
 
