@@ -119,6 +119,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
+    entries["time_limit_reached"] = answer.time_limit_reached
     # A state of a crossing is not shared with other runs, because another position may govern in another run.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
@@ -198,12 +199,19 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # A run that crashed or died is not recorded, so that the same command makes the run again.
-            if journal and end.how in (FINISHED, REFUSED):
+            if journal and is_final(end, rows[index]):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
     return [rows[index] for index in range(len(points))]
+
+
+def is_final(end: TaskEnd, row: Row) -> bool:
+    """Return True if a journal records the row of a run, so that the same command does not repeat the run.
+
+    Runs that crashed, died or reached the time limit are repeated. The limit may be longer next time.
+    """
+    return end.how in (FINISHED, REFUSED) and not row.get("time_limit_reached", False)
 
 
 @contextlib.contextmanager
