@@ -48,8 +48,8 @@ class DeadLoadCheck:
     def fall(self) -> Solution | None:
         """Return a solution with the reason why the scene is unstable, or None if the scene is stable."""
         self.effort.begins("stability under the dead load")
-        # The programs of this check are counted separately, so the result includes its time and solver, but
-        # not their number.
+        # This check counts its programs separately: the result includes the time and the solver of the check,
+        # but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_carried_at_rest(own_effort):
@@ -101,7 +101,7 @@ class DeadLoadCheck:
         return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
 
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
-        """Decide by programs if a scene is stable under its dead load.
+        """Decide by optimisation programs if a scene is stable under its dead load.
 
         Return the solution of an unstable scene, or forces, shape (3c + t,), that carry the dead load.
 

@@ -266,7 +266,7 @@ class Contacts:
         return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if contacts that should stay closed open, overlap or slip."""
+        """Raise SettlementBlockedError if a contact that should stay closed opens, overlaps or slips."""
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)

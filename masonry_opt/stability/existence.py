@@ -57,8 +57,8 @@ _MOVING_RATE = 1e-9
 #: larger value, cuts contain fewer faces, but their residuals may be too large.
 _TO_BLAME = 1e-9
 
-#: The search branches on the face that occurs most often in the latest cuts. This value is the number of
-#: latest cuts that are counted.
+#: The search branches on the face that occurs most often in the latest cuts. This value is the number of cuts
+#: that count as the latest.
 _OF_LATE = 200
 
 #: Value of a face in a choice of moving faces: it is not yet decided if the face moves.

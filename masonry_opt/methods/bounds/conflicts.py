@@ -354,7 +354,7 @@ def _balancing(
 
 
 def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
-    """Return the linear program of mechanisms that a load factor can drive, built from the matrices.
+    """Build, from the matrices, the linear program of the mechanisms that a load factor can drive.
 
     CVXPY declares it as :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`. The columns are "p" and
     "d". The row "energy" is the energy balance, whose upper bound is set later.

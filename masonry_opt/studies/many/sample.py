@@ -158,7 +158,7 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of undecided runs. Confidence limits cover both cases, collapse and no collapse."""
+        """Number of undecided runs. Confidence limits allow for both outcomes, collapse and no collapse."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
