@@ -29,8 +29,7 @@ _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option -
 _VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
 #: Help of the option --sample.
 _SAMPLE = (
-    "Instead of --vary: name and distribution of a parameter of CASE, in a form shown above; "
-    "may be repeated."
+    "Instead of --vary: name and distribution of a parameter of CASE, in a form shown above; may be repeated."
 )
 _SOLVERS = "Solvers, separated by commas. Also possible: highs-hipo, and installed solvers of CVXPY (osqp)."
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
