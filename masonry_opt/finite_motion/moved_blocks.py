@@ -187,6 +187,7 @@ class MovedBlocks:
         """Mask with a value for each joint corner and block: True if an edge of the block is touched there.
 
         The shape is (joints, 2 corners, 2 blocks).
+
         Usually the corner of one block touches the edge of the other block. If corners of both blocks
         coincide, both blocks count as touched on an edge.
         """

@@ -78,7 +78,7 @@ class Threshold(StudyAnswer):
 
     Attributes
     ----------
-    least: True if the scene holds from ``value`` upwards, False if it holds up to ``value``.
+    least: True if the scene holds (is stable, or carries ``load``) from ``value`` upwards; False if up to it.
     load: Load factor to be carried; None if the scene is to be stable under its dead load alone.
     value: The threshold, interpolated between the two ends; at a jump the end at which the scene holds.
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
