@@ -76,8 +76,8 @@ class Incremental:
 class ExactFrom:
     """Step that looks for an exact state near incremental or associative forces.
 
-    Incremental forces are the forces of the state in which the incremental analysis ends. Forces of associative
-    flow are used if the load history leads to no exact state, for example if joints hardly slide.
+    Incremental forces are the forces of the state in which the incremental analysis ends. Forces of
+    associative flow are used if the load history leads to no exact state, for example if joints hardly slide.
     """
 
     start: Literal["incremental", "associative"]
