@@ -47,7 +47,9 @@ class _Arc(NamedTuple):
     radius: float  #: radius of the centreline
     first: float  #: direction of the first joint
     last: float  #: direction of the last joint; for a pointed arch, the last joint of the right half
-    swept: float  #: angle of the arch in radians; for a pointed arch, the sum of the angles of both halves
+    #: Angle in radians between the first and the last joint. For a pointed arch, it is the sum of the angles
+    #: of both halves.
+    swept: float
 
 
 class ArchRing(AnyGenerator):

@@ -97,7 +97,7 @@ class _RecordType(_ModelType):
             raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
-        """List the attributes of a record class for tab completion, without the attributes of pydantic."""
+        """List the attributes of a record class for help and completion, without attributes of pydantic."""
         return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
 
 
@@ -172,8 +172,12 @@ class Record(BaseModel, metaclass=_RecordType):
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Group changed keys of a nested record under the name of the nested record.
 
-        For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError if the
-        key belongs to several records or to a list of records, or if an unknown key resembles a known key.
+        For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError in
+        these cases:
+
+        - The key belongs to several records or to a list of records.
+        - The changes replace the nested record, or already change its key.
+        - An unknown key resembles a known key.
         """
         fields = type(self).model_fields
         own_name = called(type(self), vars(self))
@@ -190,7 +194,7 @@ class Record(BaseModel, metaclass=_RecordType):
                 owners = " and ".join(holders)
                 raise CaseError(
                     f"{own_name}: '{key}' is a key of {owners}: "
-                    "change it in a mapping, such as joints={'friction': 0.6}"
+                    "change it in a mapping, such as joints={'friction': 0.6} or blocks={'A': {'weight': 3}}"
                 )
             else:
                 near = did_you_mean(key, [*fields, *itertools.chain(*within.values())])

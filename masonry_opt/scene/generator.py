@@ -11,7 +11,8 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-#: Largest number of blocks, openings and gaps of all generators of a scene. Larger scenes cannot be solved.
+#: Largest number of blocks, openings and gaps of a generator, and of all generators of a case file together.
+#: Larger scenes cannot be solved.
 MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.

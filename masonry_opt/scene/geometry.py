@@ -40,9 +40,9 @@ _CHORD_ALLOWANCE = 0.05
 #: rounding.
 _GAP_ROUNDING = 1e-6
 
-#: Ratio of the recommended ``tolerance`` to the error of the corners of a drawing. With this ratio, the two
-#: sides of a joint are aligned even if both sides deviate by the error. With a smaller ratio, some joints
-#: remain wedge-shaped. A larger ratio aligns more joints than necessary.
+#: Ratio of the recommended ``tolerance`` to the error of the corners of a drawing. With this ratio, the
+#: alignment makes joints parallel even if both sides of a joint deviate by the error. With a smaller ratio,
+#: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
 #: A corner is removed if its distance from the straight line between its neighbours, relative to the

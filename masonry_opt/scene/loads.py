@@ -13,7 +13,8 @@ Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
 #: Tags of the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
-#: Direction of an earthquake: "left" or "right" in the plane, an angle in plan in degrees, or a vector.
+#: Direction of an earthquake: "left" or "right" in the plane. In space the direction is an angle in plan in
+#: degrees, or a vector.
 Push = Annotated[
     Annotated[Literal["left", "right"], Tag("<plane>")]
     | Annotated[Number, Tag("<one>")]

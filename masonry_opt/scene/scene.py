@@ -297,7 +297,7 @@ class Scene(SceneKeys):
 
     @property
     def called(self) -> str:
-        """Return the name of the scene in results: the path of its case file, its title or ``"scene"``.
+        """Return the name of the scene in results: its case file, or else its title, or else ``"scene"``.
 
         If supports have settled, their movements are added to the name.
         """

@@ -34,9 +34,9 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles seem to have another unit than the weights. The record has the ``name`` of the
-    #: axles. If the axles are a common set, it also has ``unit_weight``, the median unit weight of the
-    #: blocks. Otherwise it has ``load``, the sum of the axle loads, and ``weight``, the sum of all dead
-    #: loads.
+    #: axles. For a common set of axles in other units than the unit weights, it also has ``unit_weight``, the
+    #: median unit weight of the blocks. Otherwise it has ``load``, the sum of the axle loads on the scene,
+    #: and ``weight``, the sum of all dead loads.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
     #: cases, ``cases``.

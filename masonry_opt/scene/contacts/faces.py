@@ -116,7 +116,8 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
     # Two faces can be near each other only if the base point of the second face is within `reach` of the
-    # plane of the first face. The second term of `reach` allows for the angle between the faces.
+    # plane of the first face. The second term of `reach` bounds the height differences within the second
+    # face, which may be inclined to this plane.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
@@ -160,9 +161,10 @@ def _shared_polygons(
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the uncertainty of each face's direction in a drawing, in radians, shape (faces,).
+    """Return the uncertainty of the direction of each given face in a drawing, in radians, shape (k,).
 
-    The angle is the tolerance divided by the shorter side of the smallest rectangle round the face.
+    ``face`` has the indices of the faces, shape (k,). The uncertainty is the tolerance divided by the shorter
+    side of the smallest rectangle round the face.
     """
     own, number = np.unique(face, return_inverse=True)
     around = shapely.oriented_envelope(faces.polygon[own])

@@ -96,9 +96,9 @@ class Joints:
     #: Segments in the middle of small gaps, given by their ends, shape (lines, 2, 2) or (lines, 2, 3). In
     #: space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint, such as
-    #: corner on corner. A pair is left out if both blocks have joints at the point of contact, or if the pair
-    #: has a small gap or a lost joint.
+    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. They touch
+    #: corner on corner, in space also corner on edge or edge along edge. A pair is left out if both blocks
+    #: have joints at the point of contact, or if the pair has a small gap or a lost joint.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
@@ -308,7 +308,10 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lengths and midpoints of the joints of a scene in the plane after alignment."""
+    """Return the lengths and midpoints of the joints of a scene in the plane after alignment.
+
+    Only the values of joints that the alignment moved are recomputed.
+    """
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[after.shift > 0])
     start = after.point[np.searchsorted(joint, moved)]

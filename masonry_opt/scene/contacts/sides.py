@@ -76,7 +76,7 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> tuple[np.ndarray, ...]:
-    """Return pairs of items of two blocks whose bounding boxes are near each other.
+    """Return pairs of items, one of each block of a pair, whose bounding boxes are near each other.
 
     Parameters
     ----------
@@ -168,7 +168,10 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the segment or polygon with the given index."""
+        """Return the distance of each point from the segment or polygon with the given index.
+
+        The shape is (points,).
+        """
 
 
 @dataclass(frozen=True)
@@ -304,7 +307,7 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points near which both blocks of the pair have a joint."""
+        """Return a mask of the points near which both blocks of the pair have one of the joints ``found``."""
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [

@@ -18,7 +18,7 @@ class Defect(NamedTuple):
     #: subject and predicate of the message about several defects of one kind, such as "outlines are open"
     several: str
     remedy: str
-    place: str = ""  #: position of the entity, such as " at (1, 2)"
+    place: str = ""  #: position of the entity, such as " near (1, 2)"
 
 
 class Defects:

@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
-#: Largest distance of a face's corners from the plane of a neighbouring face at which both faces are merged,
+#: Largest distance of a face's corners from the plane of a side at which the face is merged with this side,
 #: relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 

@@ -158,7 +158,10 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Return the cross-sections of the courses from the bottom to the crown, and then of the abutment."""
+        """Return the cross-sections of the courses from the bottom to the crown, and then of the abutment.
+
+        All cross-sections are in the right half of the arch, where x is not negative.
+        """
         arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]

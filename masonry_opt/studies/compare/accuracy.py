@@ -237,7 +237,8 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
     """Return the joint rates p that follow from block velocities d, for the dual program with cones.
 
-    The array contains the rates of opening, the rates of forces at their limits, and γ and w of slip.
+    ``d`` has the shape (3b,). The array contains the rates of opening, the rates of forces at their limits,
+    and γ and w of slip.
     """
     opening, *slips = problem.by_kind(problem.motion(d))
     slips = [slip[problem.sliding] for slip in slips]

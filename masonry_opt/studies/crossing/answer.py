@@ -24,7 +24,7 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(CrossingLoadFactors, StudyAnswer):
-    """Load factors of a scene for axles that cross its road, one for each position of the axles.
+    """Load factors of a scene for axles that move over its road, for each solved position of the axles.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings about the result at the worst position, unusual axle loads, and λ below its bound."""
+        """Warnings about the result at the worst position, unusual axles, and λ below its lower bound."""
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:

@@ -24,7 +24,9 @@ class Assessment(NamedTuple):
 
     outcome: AssessmentOutcome
     load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    why: str  #: name of this load factor, or the reason for the outcome if no load factor is compared
+    #: Name of this load factor. If the outcome is undecided, or if no load factor is compared, the reason for
+    #: the outcome.
+    why: str
 
 
 def refuse_required_factor(value: object) -> None:

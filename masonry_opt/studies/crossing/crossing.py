@@ -71,7 +71,7 @@ def crossing(
         the scene.
     method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
         incremental load factor is computed only at the worst position. The ``time_limit`` is that of the
-        whole crossing. The function ``phases`` is called during the first solve only.
+        whole crossing. The function ``phases`` is called only during the first solve of each load case.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
     settled: Movement of supports before the axles cross, by name, as for
@@ -376,8 +376,7 @@ def _passages(
     """Return each passage of axles along the road, and the names of the load cases without axles.
 
     The passages are lists: one list for each group of axles and direction, with one passage for each load
-    case.
-    Raises CaseError if the scene cannot be crossed.
+    case. Raises CaseError if the scene cannot be crossed.
     """
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles cannot be combined with a tilted ground: remove 'tilt'")

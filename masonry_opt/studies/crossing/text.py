@@ -127,7 +127,9 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return a text on λ by the default method at the worst position, or "" if this λ was not computed.
+    """Return a text on λ by the default method at the worst position, or "" if this method was not used.
+
+    If the default method has no result, the text states the reason.
 
     The load factor is compared with the associative load factor by the same law of crushing. If the default
     method uses chords inside the parabola, its load factor may be less than the answer for this reason too.

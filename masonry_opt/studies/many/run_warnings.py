@@ -87,7 +87,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return a text with the values of the run ``other`` that differ from ``run``: "tie.strength = 40"."""
+    """Return a text with the values of ``other`` that differ from ``run``, such as "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 

@@ -105,7 +105,11 @@ def settle(
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(assembly: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
-        """Return the least reaction (``sign`` 1) or the greatest reaction (``sign`` -1)."""
+        """Return the least reaction (``sign`` 1) or the greatest reaction (``sign`` -1).
+
+        The analysis begins at the reaction ``start``, relative to the live load. ``settled`` has the joint
+        forces at this reaction, or is None.
+        """
         dead = assembly.problem.dead - sign * start * assembly.problem.live
         preloaded = replace(assembly, problem=replace(assembly.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
