@@ -329,7 +329,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
 
         - "coulomb", the default: the lowest of several exact collapse states; the loop if dilatancy falls
           with stress.
-        - "incremental": the load factor at which equilibrium is lost as the live load is raised from rest,
+        - "incremental": the load factor at which equilibrium is lost as the live load grows from zero,
           with elastic contacts.
         - "nonassociative": the loop of linear programs by Gilbert, Casapulla and Ahmed (2006).
         - "mpec": a local minimum near the load factor of the loop, by IPOPT.

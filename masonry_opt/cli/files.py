@@ -45,8 +45,9 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Method of the exported program: static (default), kinematic, global, or (.nl only) mpec, mcp. For "
-    "solids: method that computes the mechanism and the forces (default: solids at rest)."
+    "Method of the exported program: static (default), kinematic, global, or (.nl only) mpec, mcp. If the "
+    "file contains solids: method that computes the exported mechanism and forces; without a method, the "
+    "blocks are exported at rest."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
@@ -77,7 +78,7 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Print the names of the written files.
+    """Write the files, and print their names.
 
     The names of the rows and columns of a .nl file are in a .row and a .col file.
     """

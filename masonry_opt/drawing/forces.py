@@ -27,7 +27,7 @@ _LARGEST_ARROW_LENGTH = 0.6
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
 #: Height above the highest block at which a single arrow for many forces is drawn in space, relative to the
-#: size of the scene. The value is large enough for blocks that move upwards.
+#: size of the scene. The arrow is so high that blocks that move upwards in the drawing do not reach it.
 _SINGLE_ARROW_HEIGHT = 0.16
 #: Distance between the blocks and a single arrow that represents many forces in the plane, relative to the
 #: size of the scene.

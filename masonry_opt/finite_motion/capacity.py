@@ -47,7 +47,8 @@ _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
-#: Tables of a case file that may prevent a capacity curve, by the role of the forces that they define.
+#: Tables of a case file that define forces, by the role of the forces. A capacity curve cannot take account
+#: of these forces (of ties and props: only in the plane).
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -135,9 +136,9 @@ def _refuse_parts_not_followed(result: Result) -> None:
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the parts of a scene that prevent a capacity curve; ties and props with their names.
+    """Return the parts of a scene that a capacity curve cannot take account of, with names of ties and props.
 
-    In space, ties and props do not prevent a curve.
+    In space, a capacity curve takes account of ties and props.
     """
     parts: dict[str, list[str]] = {}
     for force in assembly.limited:

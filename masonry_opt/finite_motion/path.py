@@ -363,9 +363,9 @@ class HingingPath:
         raise _PathEnded(why)
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """Return the state with λ = 0 that follows a state on the path.
+        """Return the state at which λ has decreased to zero, computed from the last state ``before`` it.
 
-        The result is None if there is no such state, or if another event occurs first.
+        The result is None if Newton's method finds no such state, or if another event occurs first.
         """
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)

@@ -53,7 +53,8 @@ _MOST_LOAD_FACTORS = 8
 #: Fields of a method's step records that contain load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
-#: Codes of reasons that are valid only for the modified loads. They are removed from the scene's solution.
+#: Codes of reasons that are valid only for the modified loads under which this module solves the scene.
+#: Reasons with these codes are not copied to the solution for the loads of the scene.
 _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),

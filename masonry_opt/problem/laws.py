@@ -125,7 +125,7 @@ class Parabola(Chords):
     word = "parabola"
 
     def slacks(self, at_points: np.ndarray) -> np.ndarray:
-        """Return the slack of crushing at both contact points of each joint, shape (2, l).
+        """Return the slack of the crushing condition at both contact points of each joint, shape (2, l).
 
         All chords of a contact point have this slack.
         """

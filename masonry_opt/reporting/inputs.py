@@ -25,7 +25,7 @@ def _place_of_property(v: dict[str, Any]) -> str:
 
 
 def weights_differ(v: dict[str, Any]) -> str:
-    """State that the unit weight of blocks differs much from the median, with both values."""
+    """Return a warning that the unit weight of blocks differs much from the median, with both values."""
     own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
     quantity = "weight per area" if v["per_area"] else "unit weight"
     units = units_in_words(v["ratio"] * v["median"], v["median"])
@@ -36,7 +36,7 @@ def weights_differ(v: dict[str, Any]) -> str:
 
 
 def fill_weight_differs(v: dict[str, Any]) -> str:
-    """State that the unit weight of a fill or backing differs much from another unit weight."""
+    """Return a warning that the unit weight of a fill or backing differs much from another unit weight."""
     own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
     units = units_in_words(v["unit_weight"], v["other"])
@@ -47,7 +47,7 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
 
 
 def strength_differs(v: dict[str, Any]) -> str:
-    """State that a strength is very large or small compared with the weights, with both values."""
+    """Return a warning that a strength is very large or small compared with the weights."""
     own, weight = _rounded(v["value"]), _rounded(v["weight"])
     compared = "the sum of all dead loads" if v["value"] > v["weight"] else "the median weight of a block"
     return (
@@ -57,14 +57,17 @@ def strength_differs(v: dict[str, Any]) -> str:
 
 
 def stress_differs(v: dict[str, Any]) -> str:
-    """State that a strength or cohesion is implausible for the weights, with both values."""
+    """Return a warning that a strength or cohesion is implausible compared with the weights."""
     own, weight = _rounded(v["value"]), _rounded(v["weight"])
     column = f"a column as high as the largest dimension of the scene presses with {weight} on its foot"
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
 def friction_high(v: dict[str, Any]) -> str:
-    """State that a friction coefficient is high. If it may be an angle, add the tangent of the angle."""
+    """Return a warning that a friction coefficient is high.
+
+    If the value may be an angle in degrees, the warning contains the tangent of the angle.
+    """
     friction = v["friction"]
     question = ": check the value"
     if friction < 90:
@@ -76,7 +79,7 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
-    """State that the dilatancy of a joint is below its negative friction, and advise to check the sign."""
+    """Return a warning that the dilatancy of a joint is less than its negative friction."""
     return (
         f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is below the negative friction "
         f"−{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
@@ -84,7 +87,7 @@ def dilatancy_low(v: dict[str, Any]) -> str:
 
 
 def small_gaps(v: dict[str, Any]) -> str:
-    """State that small gaps separate blocks, with the tolerance that closes the gaps."""
+    """Return a warning that small gaps separate blocks, with the tolerance that closes the gaps."""
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     if v["option"] == "tolerance":
         set_option = set_tolerance(v["tolerance"])
@@ -98,7 +101,7 @@ def small_gaps(v: dict[str, Any]) -> str:
 
 
 def lost_joints(v: dict[str, Any]) -> str:
-    """State that a large tolerance removes joints, with the contact tolerance that keeps the joints."""
+    """Return a warning that a large tolerance removes joints, with a remedy."""
     wide = [f"{rounded_up(width, 2)} apart" if width > 0 else "touching" for width in v["widths"]]
     remedy = "lower 'tolerance'"
     if max(v["widths"]) > 0:
@@ -110,7 +113,7 @@ def lost_joints(v: dict[str, Any]) -> str:
 
 
 def bridged_by_tolerance(v: dict[str, Any]) -> str:
-    """State that the tolerance closes gaps as wide as mortar, with the contact tolerance to use instead."""
+    """Return a warning that the tolerance closes gaps as wide as mortar joints, with a remedy."""
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
@@ -120,7 +123,7 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
 
 
 def _corners_bear(v: dict[str, Any]) -> str:
-    """State that the strength does not limit forces at corners, and list the corners to check."""
+    """Return a warning that the strength does not limit forces at corners, with the corners to check."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
     where = f"crushing at {pairs(v)} may cause a collapse that this analysis does not find"
     if forces:

@@ -35,7 +35,7 @@ _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
-_LOST = "equilibrium is lost as the live load is raised from rest"
+_LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible lower states, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
 #: Remark on possible lower states, for other methods that report the incremental load factor because they
@@ -47,7 +47,7 @@ _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
     FOUND: "collapse states that are not exact, or have a larger λ than the end of the load history",
-    INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
+    INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
 
@@ -301,12 +301,12 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase "not proven least" with a remark on a search for lower states."""
-    return f"not proven least{search_remark(result, 'lower states')}"
+    """Return the phrase "not proven to be the least" with a remark on a search for lower states."""
+    return f"not proven to be the least{search_remark(result, 'lower states')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about lower states, which describes or recommends a search for them.
+    """Return the end of a phrase about lower states: a remark on a past search, or advice to search.
 
     ``states`` is the name of the states in the phrase, such as "lower states".
     """
@@ -323,7 +323,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase about lower states, with the option that starts a search for them.
+    """Return the end of a phrase about lower states: the option that starts a search for them.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the name of the states in the phrase, such as "lower states".

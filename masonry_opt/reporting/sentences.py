@@ -109,7 +109,10 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _carried(v: dict[str, Any]) -> str:
-    """State which forces carry the dead load of a stable scene, and whether other forces can carry it too."""
+    """Return a sentence on the forces that carry the dead load of a stable scene.
+
+    The sentence says if other forces can carry the dead load too.
+    """
     if v["unique"]:
         return "equilibrium alone fixes the forces that carry the dead load"
     many = "one of many solutions that carry the dead load"
@@ -119,7 +122,7 @@ def _carried(v: dict[str, Any]) -> str:
 
 
 def _slide(v: dict[str, Any]) -> str:
-    """Return a clause that states which joints slide, by name if the names are known."""
+    """Return a clause that says which joints slide, by name if the names are known."""
     return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
 
 
@@ -156,7 +159,10 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """State that joints slide under the dead load, with the friction that would make the scene stable."""
+    """Return a sentence that says that joints slide under the dead load.
+
+    The sentence names the friction that would make the scene stable.
+    """
     slides = _slide(v)
     if v["factor"] is not None:
         condition = f"if the friction of all joints were at least {rounded_up(v['factor'])} times as high"
@@ -171,7 +177,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    """Return a sentence that states how many starts the search used, and how many exact states it found."""
+    """Return a sentence that says how many starts the search used, and how many exact states it found."""
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
         return f"one exact state was found from {starts}"
@@ -180,7 +186,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """State that only wedged joints carry the dead load, with the load factor and advice."""
+    """Return a sentence that says that only wedged joints carry the dead load, with a remedy."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -194,7 +200,7 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _undecided(v: dict[str, Any]) -> str:
-    """State that stability under dead load could not be decided, and the inputs to check."""
+    """Return a sentence that says that stability is undecided, and which inputs to check."""
     check = f"{_try_another_solver(v)}, or increase friction a little"
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
@@ -215,7 +221,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    """State that the certificate does not verify a load factor, with the residuals and advice."""
+    """Return a sentence that says that the residuals of a load factor exceed their limits, with a remedy."""
     residuals = ", ".join(
         "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
@@ -232,7 +238,10 @@ def _jumps(v: dict[str, Any]) -> str:
 
 
 def _repeats(v: dict[str, Any]) -> str:
-    """State that the loop repeats a cycle of sub-problems, with advice if the state is not exact."""
+    """Return a sentence that says that the loop repeats a cycle of sub-problems.
+
+    If the state is not exact, the sentence names a remedy.
+    """
     period = counted(v["period"], "sub-problem")
     repeats = f"the loop repeats itself every {period}, with load factors between {_between(v)}"
     if v["exact"]:
@@ -241,7 +250,7 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """State that the loop of linear programs was run again with other options, and whether it converged."""
+    """Return a sentence that says with which other options the loop of linear programs was run again."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
@@ -254,20 +263,25 @@ def _remedy(changed: str) -> str:
 
 
 def _dilatancy_locks(v: dict[str, Any]) -> str:
-    """State that dilatant joints lock under associative flow, and the method that finds the collapse."""
+    """Return a sentence that says that dilatant joints lock the blocks under associative flow."""
     locks = (
         "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
     )
-    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for a collapse state"
+    return (
+        locks if v["method"] == "coulomb" else f"{locks}: use method 'coulomb' to look for a collapse state"
+    )
 
 
 def _time_limit(v: dict[str, Any]) -> str:
-    """State in which phase the time limit ended the analysis, and which load factor was reached by then."""
+    """Return a sentence that says in which phase the time limit ended the analysis.
+
+    The sentence names the load factor that was reached by then.
+    """
     ended = f"the time limit of {v['seconds']:g} s ended the analysis (in step: {v['phase']})"
     if v["carried"] is not None:
         carried = (
-            f"the live load was raised from rest to λ = {numeral(v['carried'], '.6g')} without a collapse"
+            f"the live load was increased from zero to λ = {numeral(v['carried'], '.6g')} without a collapse"
         )
         return f"{ended}; {carried}: raise the time limit"
     if v["last"] is not None:
@@ -277,16 +291,18 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """State that the load history led to no collapse state, with an option or method to look for one."""
+    """Return a sentence that says that the load history led to no collapse state, with a remedy."""
     steps = counted(v["steps"], "step")
     history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
         ended = f"neither {history} nor the loop of linear programs led to a collapse state"
-        return ended if v["searched"] else f"{ended}: option search=10 looks for a collapse state"
+        return ended if v["searched"] else f"{ended}: set option search=10 to look for a collapse state"
     ended = f"{history} led to no collapse state"
     is_history_alone = v["method"] in ("", "incremental")
     return (
-        f"{ended}: method 'coulomb' looks for a collapse state in other ways" if is_history_alone else ended
+        f"{ended}: use method 'coulomb' to look for a collapse state in other ways"
+        if is_history_alone
+        else ended
     )
 
 
@@ -374,7 +390,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.GROWS: lambda v: (
         f"the loop found no limit: λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} "
-        "and still grows, because joints that press ever harder hold the blocks; real joints would crush: "
+        "and still grows, because the compression of joints grows with the load; real joints would crush: "
         "check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
@@ -393,23 +409,23 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.UNDECIDED: _undecided_history,
     Code.CARRIES_MORE: lambda v: (
-        f"as the live load grows from rest, it reaches λ = {numeral(v['carried'], '.6g')} without a "
-        "collapse: a collapse state with a lower λ exists, but the load history does not lead to it"
+        f"the live load grows from zero to λ = {numeral(v['carried'], '.6g')} without a collapse: a collapse "
+        "state with a lower λ exists, but the load history does not lead to this state"
     ),
     Code.DILATANCY_FALLS: (
         "not computed, because only the loop of linear programs supports dilatancy that falls with stress"
     ),
     Code.COLLAPSE: lambda v: (
-        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
+        f"the live load was increased from zero in {counted(v['steps'], 'step')}{_jumps(v)}, up to an exact "
         "collapse state"
     ),
     Code.RANGE: lambda v: (
-        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)}: equilibrium is "
+        f"the live load was increased from zero in {counted(v['steps'], 'step')}{_jumps(v)}: equilibrium is "
         f"lost between λ = {numeral(v['carried'], '.6g')} and {numeral(v['not_carried'], '.6g')}"
     ),
     Code.UNBOUNDED: lambda v: (
-        "no collapse occurs from rest: joints that press ever harder carry any multiple of the live load, as "
-        f"{counted(v['steps'], 'step')} of the load history prove"
+        "no collapse occurs from rest: the compression of joints grows with the live load, so the joints "
+        f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history prove"
     ),
     Code.NOT_COMPUTED: lambda v: (
         f"not computed for {_joints_or_points(v)}, because load histories take long: use method 'incremental'"
@@ -432,7 +448,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.START_FAILED: "the loop that computes the start failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
-    Code.NOTHING_SOLVED: "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to a result",
+    Code.NOTHING_SOLVED: (
+        "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "
+        "analysis of the scene"
+    ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
         f"all load factors agree, but this is weak evidence after only {counted(v['candidates'], 'start')}, "
@@ -444,17 +463,17 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NOT_FOUND: "the search found no exact state",
     Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
-    Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
-    Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
+    Code.PROVEN: lambda v: f"the least λ is proven: {_bracket(v)}",
+    Code.WITHIN_IMPOSED: lambda v: f"the least λ of all states with {_imposed(v)} is proven: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: (
         f"nothing is proven, because the answer is not a state with {_imposed(v)}"
     ),
     Code.OUT_OF_TIME: lambda v: (
-        f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
+        f"the least λ is not proven; its bounds after {v['time_limit']:g} s are {_bracket(v)}"
     ),
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
-        f"not proven least; bounds of the least λ after {v['time_limit']:g} s, among states with "
-        f"{_imposed(v)}: {_bracket(v)}"
+        f"the least λ is not proven; its bounds after {v['time_limit']:g} s, among states with "
+        f"{_imposed(v)}, are {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
     Code.REACHES_ZERO: "λ has decreased to zero: from here on the masonry falls without live load",

@@ -15,9 +15,10 @@ _NEGLIGIBLE_RESERVE = 2e-4
 
 
 def answer_line(result: Outcome) -> str:
-    """Return the answer of a result in one line, or "" if the result has a load factor.
+    """Return the line that says why a result has no load factor, such as "stable".
 
-    If no live load acts, the line does not mention a load factor.
+    The line is empty if the result has a load factor. If no live load acts, the line does not mention a load
+    factor.
     """
     if result.status.usable:
         return ""

@@ -46,8 +46,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
-    # The opening due to sliding follows from the rates, because a friction polygon can open a joint less than
-    # the cone does.
+    # Compute the opening due to sliding from the rates of the yield conditions. The slip velocity is not
+    # sufficient: at the same slip, a joint with a friction polygon can open less than a joint with a cone.
     rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point

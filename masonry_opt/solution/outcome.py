@@ -87,7 +87,7 @@ class Outcome:
     lowest: lowest load factor of the exact Coulomb collapse states that the method found; None if it found no
         exact state.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
-        history in which the live load is raised from rest, with elastic contacts. None if the history
+        history in which the live load is increased from zero, with elastic contacts. None if the history
         has no collapse, if it is switched off, and for methods with associative flow.
     end: load factor at the end of the load history, when the blocks move without end; None if the history was
         not followed to its end.

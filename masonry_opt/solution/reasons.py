@@ -265,9 +265,10 @@ class Code(StrEnum):
     # backing; ``other``, the unit weight with which it is compared; ``beside``, "blocks" or "fill", the
     # origin of ``other``.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
-    # The strength or prestress of a tie or prop suggests another unit. Values: ``kind``, "tie" or "prop";
-    # ``name`` of the tie or prop; ``key``, "strength" or "prestress"; ``value`` of the strength or prestress;
-    # ``weight`` of a median block, or the sum of all dead loads if the value is too large.
+    # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong.
+    # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
+    # ``value`` of the strength or prestress; ``weight`` with which the value is compared: the weight of a
+    # median block if the value is too small, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
     # "strength" or "cohesion"; ``value`` of this property; ``weight``, the stress below a column of the

@@ -10,12 +10,13 @@ from masonry_opt.solution.acceptance import SMALLEST
 #: slowest block that moves according to a hand calculation has 5e-3 (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
-#: Slip of a joint, relative to the speed of the fastest corner, above which the joint slides. In answers of
-#: the loop, a joint between blocks at rest slips by up to 2e-3 μ.
+#: Slip of a joint, relative to the speed of the fastest corner, above which the joint counts as sliding.
+#: Answers of the loop are inexact: joints between blocks at rest slip by up to 0.002 times the friction
+#: coefficient.
 SLIDES = MOVES
 
 #: Opening of a joint's edge by rotation, relative to the speed of the fastest corner, above which the joint
-#: hinges.
+#: counts as hinging.
 HINGES = MOVES
 
 #: A joint separates if it opens at all of its contact points, faster than this share of the speed of the
@@ -23,7 +24,7 @@ HINGES = MOVES
 SEPARATES = MOVES
 
 #: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited
-#: strength crushes.
+#: strength counts as crushing.
 CRUSHES = MOVES
 
 #: Share of its upper limit above which a limited force (such as the force of a tie) counts as yielding. In

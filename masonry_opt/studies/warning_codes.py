@@ -23,7 +23,8 @@ class StudyCode(StrEnum):
     #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene is also stable, or carries the load, at ``values`` beyond the threshold.
+    #: The scene also holds (is stable, or carries the load) at ``values`` on the side of the threshold on
+    #: which it should fail.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"

@@ -194,7 +194,7 @@ class StudyAnswer(ABC):
     @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
-        """Table of the answer that a notebook shows."""
+        """Table with which a notebook displays the answer."""
 
     def plot(self) -> Any:
         """Return a picture of the answer. Raises OptionError if the study has no picture."""

@@ -23,7 +23,7 @@ def test_the_least_is_claimed_with_a_proof():
 def test_the_lowest_found_is_not_claimed_to_be_the_least(no_proof):
     result = mo.solve(TWO_STATES)
     assert result.load_factor >= LOWER * (1 - 1e-5)
-    assert "not proven least" in result.summary
+    assert "not proven to be the least" in result.summary
     for claim in ("safe", "least, proven", "no state is lower", "collapses when"):
         assert claim not in result.summary
 

@@ -173,7 +173,7 @@ def test_wrong_spectra_and_values_are_refused():
 @pytest.mark.parametrize(
     ("method", "words", "known"),
     [
-        ("static", "λ = 0.5 (associative): upper bound", "not proven least"),
+        ("static", "λ = 0.5 (associative): upper bound", "not proven to be the least"),
         ("coulomb", "λ = 0.5 (least, proven): exact", "no other λ above zero is possible"),
     ],
 )

@@ -55,7 +55,7 @@ def test_a_threshold_under_dead_load_is_no_load_factor():
 def test_a_crossing(no_proof, method, name):
     facts = mo.crossing(axles_on_a_beam(0.6), method=method).facts()
     assert facts["governing λ"].endswith(f"({name})")
-    assert "not proven least" in facts["known of it"]
+    assert "not proven to be the least" in facts["known of it"]
     assert facts["known of it"].startswith("upper bound") == (method == "static")
 
 

@@ -95,9 +95,10 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Fix the conditions that a mask of shape (faces,) marks: at yield in statics, at rest in kinematics.
+        """Impose the conditions that a mask of shape (faces,) marks, and release all other conditions.
 
-        All other conditions are released.
+        A program of statics keeps each marked yield condition at yield (its slack is zero). A program of
+        kinematics keeps each marked yield condition at rest (its rate is zero).
         """
 
     @abstractmethod

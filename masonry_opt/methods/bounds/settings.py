@@ -69,8 +69,8 @@ class ProofBudget(Settings):
     #: is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Number of linear programs of the full budget, which take about 1 s. A larger budget proves more scenes,
-    #: and costs more time on all other scenes.
+    #: Number of linear programs of the full budget. They take about 1 s. With a larger budget more searches
+    #: end with a proof, and all other searches take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.

@@ -283,7 +283,8 @@ def relaxed(
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # The limit of an angular velocity is the limit of a velocity, divided by a usual joint length of 2.
+    # An angular velocity is limited to the largest velocity divided by 2, because joints are about 2 units of
+    # length long in the units of the problem.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]

@@ -203,13 +203,17 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for lower states until ``starts`` successive starts have found none."""
+        """Look for states with a lower load factor, until ``starts`` successive starts have found none."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
 
     def look_further_in_space(self, history: LoadHistory | None) -> None:
-        """Look for lower states from forces of the load history and from a fixed number of further starts."""
+        """Look for states with a lower load factor, from a fixed number of starts.
+
+        The first starts are forces of earlier steps of the load history. The other starts are random, or
+        on scenes with many contacts the forces of the lowest state.
+        """
         settings = self._settings
         finder = ConeRefiner(
             self._problem, self._effort, self._alternation, settings.weight_series_in_space[0]

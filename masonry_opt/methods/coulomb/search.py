@@ -220,8 +220,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # Keep the answer of the first solution if it is lower: the search starts near this answer, but may end at
-    # a higher load factor.
+    # The search starts near the answer of the first solution, but may end at a higher load factor. An exact
+    # answer of the first solution is therefore compared with the best state of the search.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

@@ -209,8 +209,8 @@ class Loop:
         """End the run with the solution of the first case below that applies.
 
         1. If there is no load history, the solution is that of the loop.
-        2. If statics permit any load, and joints press ever harder as the load grows from rest, there is no
-           collapse.
+        2. If joint forces within their limits carry any load, and the compression of joints grows with the
+           load in the load history, there is no collapse.
         3. If all exact states have negative load factors, there is no load factor.
         4. If the scene is not in equilibrium under its dead load from rest, it is unstable.
         5. If the loop finds a load factor, or if neither statics nor the loop limit the load, the solution is

@@ -50,7 +50,7 @@ class _PlaneMotion:
         self.mechanism, self.program = motion.mechanism, motion.program
 
     def set(self, q: np.ndarray) -> None:
-        """Set the joint forces q, shape (3c + t,), whose slacks are the costs."""
+        """Set the slacks of the joint forces q, shape (3c + t,), as the costs of the program."""
         self._cost.value = np.maximum(self._problem.slacks(q), 0.0) / self._problem.steep
 
 

@@ -133,7 +133,10 @@ class StateFinder(ABC):
 
 
 class Refiner(StateFinder):
-    """State finder that solves a linear program of a mechanism and one of forces, with warm starts."""
+    """Finder of exact states in the plane, which solves two linear programs alternately.
+
+    One program determines a mechanism, the other determines forces. Both are warm-started.
+    """
 
     undecided: int
 
@@ -294,7 +297,7 @@ def refiner_of(task: Task, settings: SearchSettings = SEARCH) -> Refiner:
 
 
 class ConeRefiner(StateFinder):
-    """State finder in space that solves two cone programs alternately.
+    """Finder of exact states in space, which solves two cone programs alternately.
 
     The finder returns no dual variables of yield conditions, which the start "neighbour" of a search needs.
     """

@@ -30,17 +30,18 @@ class SearchSettings(Settings):
     #: proportionally longer.
     starts_after_proof: int = 20
 
-    #: Load steps whose forces are the first further starts in space, as shares of the number of steps. Forces
-    #: of early steps lead to states that differ from the collapse state of the load history.
+    #: Steps of the load history whose forces are the first starts of the search in space. A step is given by
+    #: its position in the load history: 0.5 is the step halfway through it. Forces of early steps lead to
+    #: states that differ from the collapse state of the load history.
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
-    #: Number of random starts in space, after the starts from load steps. With more starts, lower states are
-    #: found more often, and the search takes proportionally longer.
+    #: Number of random starts of the search in space, after the starts from load steps. With more starts,
+    #: lower states are found more often, and the search takes proportionally longer.
     starts_in_space: int = zero_or_more(6)
 
-    #: Largest number of contacts in space for random starts. On scenes with more contacts, random starts
-    #: would take longer than all other steps. They are replaced by one start, from the forces of the lowest
-    #: state.
+    #: Largest number of contact points of a scene in space on which the search uses random starts. On scenes
+    #: with more contact points, random starts would take longer than all other steps. There the search uses a
+    #: single start instead, from the forces of the lowest state.
     most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints of a plane scene whose linear programs are solved by the simplex method. On

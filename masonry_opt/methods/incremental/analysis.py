@@ -45,7 +45,7 @@ class End(StrEnum):
     """Ways in which a load history can end."""
 
     COLLAPSE = "equilibrium is lost"
-    UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
+    UNBOUNDED = "the compression of joints grows with the live load, so joints carry any multiple of it"
     UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
     SLOW = "the blocks still move after many steps, without equilibrium or collapse"
     UNDECIDED = "the analysis found neither a collapse nor a proof that the load has no limit"

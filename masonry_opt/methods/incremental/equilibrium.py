@@ -193,7 +193,10 @@ class EquilibriumSolver:
         return self.size(unbalanced) <= self._negligible(load)
 
     def factors(self, tangent: np.ndarray, damping: float) -> Factors:
-        """Return the factors of the stiffness matrix for a tangent (3, 3, m) and a damping coefficient."""
+        """Factorise the stiffness matrix, for a tangent stiffness of the contacts and a damping coefficient.
+
+        ``tangent`` has the shape (3, 3, m). The last factorisation is reused if the arguments are unchanged.
+        """
         if self._last is not None:
             last_tangent, last_damping, factors = self._last
             if damping == last_damping and np.array_equal(tangent, last_tangent):

@@ -22,7 +22,7 @@ class Shortfall(StrEnum):
     """Reasons to reject a converged run and to try a remedy."""
 
     INEXACT = "converged to no exact state"
-    ROUGH = "converged only to a large tolerance, and the flow rule has no influence"
+    ROUGH = "converged to the associative answer, but only within a large tolerance"
 
 
 #: A run fails in one of two ways. Either it does not converge (a status), or it converges to a load factor
@@ -68,7 +68,10 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return an attempt with the solver Clarabel or, after Clarabel, with HiGHS's interior-point method."""
+    """Return an attempt with another solver.
+
+    The solver is Clarabel, or HiGHS's interior-point method if the last attempt used Clarabel.
+    """
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 

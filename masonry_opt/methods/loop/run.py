@@ -22,9 +22,10 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy error of sliding joints, relative to λ, below which a run with rough sub-problems tries to end early
-#: with an exact state. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three
-#: times as many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
+#: Energy error of sliding joints in a sub-problem, relative to λ, below which the loop tries to end early
+#: with an exact state. The constant is used only if sub-problems are rough, that is, solved to a large
+#: tolerance. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three times as
+#: many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
 _NEARLY_TRUE = 5e-3
 
 #: Number of sub-problems between two attempts to end a run early with an exact state.

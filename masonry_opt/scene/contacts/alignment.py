@@ -230,10 +230,10 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for the joints that are linked to a plane.
+    """Search for the joints that a chain of blocks and joints connects to the joint of a plane.
 
-    A joint is linked to the plane of another joint if a chain of blocks and joints connects the two joints.
-    All joints of the chain are parallel or perpendicular to the plane.
+    All joints of the chain are parallel or perpendicular to the plane. The joints found are called *linked*
+    to the plane.
     """
 
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:

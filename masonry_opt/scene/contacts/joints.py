@@ -91,7 +91,8 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
-    #: Gaps as wide as mortar across which the tolerance makes a joint, with their largest widths.
+    #: Gaps that the tolerance closes to joints although the gaps are as wide as a mortar joint, with their
+    #: largest widths.
     bridged: Gaps
     #: Segments in the middle of small gaps, given by their ends, shape (lines, 2, 2) or (lines, 2, 3). In
     #: space the segments are the sides of polygons.

@@ -38,10 +38,10 @@ class Bridge:
     """Value of ``contact_tolerance`` or ``tolerance`` that connects floating blocks to supports."""
 
     closing: Closing  #: option of the scene that closes the gaps, with its smallest sufficient value
-    gap: float  #: width of the widest gap that the option closes; 0 if the blocks touch
+    gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the blocks on both sides of the widest gap
-    joints: int  #: number of joints that the option adds
-    blocks: int  #: number of floating blocks that the option connects to supports
+    joints: int  #: number of joints that ``closing`` adds
+    blocks: int  #: number of floating blocks that ``closing`` connects to supports
     remaining: np.ndarray  #: indices of the blocks that remain without support
     #: For each block, the index of the block that it faces, and the width of the gap.
     neighbour: dict[int, tuple[int, float]]
@@ -175,7 +175,10 @@ def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
 
 
 def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
-    """Return True if the tolerance of the scene is larger than the usual errors of a drawing."""
+    """Return True if the tolerance is larger than 1 % of the width of the narrowest movable block.
+
+    Errors of a drawing are usually smaller.
+    """
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
 
 

@@ -170,7 +170,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
         meshes = read_gltf(data, path.stem)
     if not meshes:
         raise ValueError(
-            "the file has no complete faces: export closed surfaces in the format of the file name's ending"
+            "the file has no complete faces: export closed surfaces, in the format of the file extension"
         )
     for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():

@@ -50,15 +50,16 @@ class Barrel(ArchRing, SolidGenerator):
         return self.voussoirs * (1 if self.stone is None else 2 + int(min(self.length / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones of the voussoirs from left to right, the stones of skewbacks, and the abutments.
+        """Return the blocks of the vault: voussoirs from left to right, then skewbacks and abutments.
 
-        The names of stones are ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named
-        ``abutment 1`` and ``abutment 2``.
+        If ``stone`` is set, voussoirs and skewbacks are cut into stones along y. The names of stones are
+        ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named ``abutment 1`` and
+        ``abutment 2``.
         """
         built = []
-        # Row number of each stone. In a running bond, the joints of rows with odd numbers are offset by half
-        # a stone. The skewback next to a voussoir with an even number has an odd number, and vice versa. The
-        # last two entries are the abutments, which are not divided into stones.
+        # Number of the row of stones that each voussoir, skewback and abutment forms. In a running bond, rows
+        # with odd numbers are offset by half a stone, so neighbouring rows have an even and an odd number.
+        # Abutments are not cut, so their numbers have no effect.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:

@@ -358,7 +358,7 @@ class Comparison:
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table of success, as text."""
+        """Table with which a notebook displays the comparison: the success of each method, as text."""
         return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:

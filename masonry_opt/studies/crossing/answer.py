@@ -45,7 +45,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows: a selection of columns of the table ``governing``."""
+        """Table with which a notebook displays the answer: some columns of the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
     @property

@@ -146,7 +146,7 @@ class CrossingLoadFactors:
 
     @property
     def _case(self) -> list[str]:
-        """List with the name of the column that names load cases; empty if the scene has no load cases."""
+        """Column of load cases, as a list of one name; an empty list if the scene has no load cases."""
         return ["load_case"] if self.cases else []
 
     @cached_property

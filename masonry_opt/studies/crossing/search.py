@@ -45,9 +45,10 @@ _FIRST_POSITIONS = 25
 #: Relative margin by which estimates of λ between two solved positions are reduced. With a larger margin more
 #: positions are solved.
 _RATIO_MARGIN = 0.005
-#: Largest number of halvings of the ranges next to the least load factor.
+#: Largest number of halvings of the intervals next to the worst position, which has the least load factor.
 _MOST_HALVINGS = 10
-#: Halving stops when the least load factor decreases by less than this fraction of the tolerance.
+#: The intervals next to the worst position are no longer halved if a halving decreases the least load factor
+#: by less than this fraction of the tolerance.
 _PROGRESS_SHARE = 0.1
 
 

@@ -126,7 +126,7 @@ class Threshold(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook shows: a selection of columns of the table of trials."""
+        """Table with which a notebook displays the answer: some columns of the table of trials."""
         return self.history[[*_TRIAL_COLUMNS]]
 
     @property
@@ -224,9 +224,11 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Type of a function that is called with every trial.
 
-THRESHOLD_TOLERANCE = 1e-6  #: Default distance between both ends of the answer, relative to their values.
+#: Default width of the interval that contains the threshold, relative to the threshold.
+THRESHOLD_TOLERANCE = 1e-6
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: The tolerance is relative to the threshold, or to this fraction of the range if the fraction is larger.
+#: Least value, relative to the searched range, by which the tolerance is multiplied. A threshold smaller than
+#: this value does not make the final interval narrower.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.

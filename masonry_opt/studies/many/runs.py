@@ -293,7 +293,10 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """Return the row of a run: its values, then RUN_COLUMNS. An unfinished run has a reason."""
+    """Return the row of a run in the table of runs: the values of the run, then RUN_COLUMNS.
+
+    If the run did not finish, the columns "status", "reason" and "message" state why.
+    """
     unfinished = {"status": end.how, "reason": end.how, "message": end.reason}
     entries = end.value if end.how == FINISHED else unfinished
     empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}

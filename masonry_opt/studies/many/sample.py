@@ -325,7 +325,7 @@ class Sample(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table of quantiles, which a notebook shows."""
+        """Table with which a notebook displays the answer: the quantiles of the load factor."""
         return self.quantiles()
 
     def _source(self) -> str:

@@ -150,7 +150,7 @@ class Bound:
 
     @property
     def largest_movement(self) -> float:
-        """Largest movement of the supports for which openings of small motions are accurate."""
+        """Largest movement of the supports at which openings, which assume small rotations, are accurate."""
         return largest_movement(self._with_mechanism)
 
     def rows(self) -> list[dict[str, Any]]:

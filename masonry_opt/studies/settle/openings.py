@@ -47,7 +47,10 @@ def movement_of_supports(result: Result) -> float:
 
 
 def largest_movement(result: Result) -> float:
-    """Return the largest movement of the supports for which openings of small motions are accurate."""
+    """Return the largest movement of the supports at which openings are accurate.
+
+    Openings are calculated for small rotations of the blocks.
+    """
     if result.solution.d is None or result.solution.load_factor is None:
         return np.inf
     problem = result.assembly.problem

@@ -116,8 +116,8 @@ def settle(
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
             raise OptionError(
-                f"{scene.origin}: 'movement' turns blocks so far that openings of small motions are "
-                f"inaccurate: set at most {end.largest_movement:.3g} (found {movement:g})"
+                f"{scene.origin}: 'movement' turns blocks too far for the calculation of openings, which "
+                f"assumes small rotations: set at most {end.largest_movement:.3g} (found {movement:g})"
             )
         return end
 

@@ -38,7 +38,7 @@ def test_the_state_of_a_knife_edge_is_not_called_the_only_one(method):
     assert [said.values["fixed"] for said in result.reasons if said.code is Code.NO_WORK] == [False]
     assert not result.solution.is_only_state
     assert "other state" not in result.summary
-    assert "not proven least" in result.summary
+    assert "not proven to be the least" in result.summary
 
 
 @pytest.mark.parametrize(("blocks", "fixed"), [(1, True), (30, True), (501, False)])

@@ -105,7 +105,7 @@ WORDS = {
     ),
     Code.PROVEN: (
         reason(Code.PROVEN, bound=-0.0, load_factor=-3e-17, rates=None, forces=False),
-        "proven least: 0 ≤ λ ≤ 0",
+        "the least λ is proven: 0 ≤ λ ≤ 0",
     ),
     Code.JOINTS: (
         reason(Code.JOINTS, status=str(mo.Status.UNLIMITED), pairs=[[f"{n}", "X"] for n in range(8)]),
@@ -247,7 +247,7 @@ def test_the_summary_leads_with_three_load_factors(no_proof):
     numbers = [float(number) for number, _ in rows.values()]
     assert numbers == pytest.approx([0.15, result.incremental, 0.25], rel=1e-5)
     assert result.summary.splitlines()[1] == "load factor λ"
-    assert f"from {result.solution.starts} starts; not proven least" in rows["lowest found"][1]
+    assert f"from {result.solution.starts} starts; not proven to be the least" in rows["lowest found"][1]
     for word in ("safe", "collapses when", "expected in a test"):
         assert word not in result.details
 
@@ -317,7 +317,7 @@ def test_friction_is_not_named_where_it_does_not_act():
     for method in ("coulomb", "incremental", "nonassociative"):
         result = mo.solve(pressed_down(), method)
         assert result.status is mo.Status.UNLIMITED
-        assert "joints that press ever harder" in result.summary
+        assert "the compression of joints grows" in result.summary
         assert "friction" not in result.summary
     assert not any("friction" in str(status) for status in mo.Status)
 
