@@ -33,7 +33,7 @@ _MOST_JOINTS_AT_REST = 500
 
 @dataclass(frozen=True)
 class DeadLoadCheck:
-    """Check if one scene is stable under its dead load, with the method and the cache of a session."""
+    """Check whether one scene is stable under its dead load, with the method and cache of a session."""
 
     assembly: Assembly
     how: HowToSolve  #: method, solver and options

@@ -279,7 +279,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Same values as ``_onset``, but only for the live forces on blocks that move.
+        """Magnitudes and rates of the live forces on moving blocks, and rate of the control point.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """

@@ -27,8 +27,8 @@ from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Part of error messages that shows how movements of supports are specified.
 _FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
-#: An opened joint of limited strength keeps at least the strength of this share of its length. A joint
-#: without a force before the settlement may have to carry a force after the settlement.
+#: An opened joint of limited strength is assumed to carry forces over at least this fraction of its length.
+#: Without this minimum, a joint that carries no force before the settlement could carry none afterwards.
 _LEAST_DEPTH = 0.01
 #: If the blocks cannot follow a movement, it is halved up to this many times to find a possible movement.
 _MOST_HALVINGS_OF_MOVEMENT = 5

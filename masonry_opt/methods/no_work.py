@@ -40,14 +40,14 @@ from masonry_opt.solvers.registry import find_solver
 #: per unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
-#: Shares σ of the dead load that grow with the live load, in the order in which they are tried. They are
-#: increased if the mechanism moves against the live load. With a smaller share the loop of linear programs
-#: fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or more it fails on two
-#: blocks in space.
+#: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
+#: mechanism moves against the live load, larger fractions are used. With a smaller fraction the loop of
+#: linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or more it
+#: fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of values λ₀ that are tried. Usually the first value, the associative load factor, is the
-#: answer.
+#: Largest number of estimates λ₀ of the load factor that are tried: the modified loads equal the loads of the
+#: scene only at λ₀. Usually the first estimate, the associative load factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
 #: Fields of a method's step records that contain load factors.
@@ -94,11 +94,12 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
-    """Solve the scene under modified loads, in which a share of the dead load grows with the live load.
+    """Solve the scene under modified loads, in which a fraction of the dead load grows with the live load.
 
-    The first λ₀ is the associative load factor ``upper``. Further λ₀ are extrapolated until the loads equal
-    those of the scene. None is returned if the method finds no answer, if the live load does work, or if the
-    load factor falls to zero.
+    The modified loads equal the loads of the scene at an estimate λ₀ of the load factor. The first estimate
+    is the associative load factor ``upper``. Further estimates are extrapolated, until the load factor of the
+    modified loads equals its estimate. None is returned if the method finds no answer, if the live load does
+    work, or if the load factor falls to zero.
     """
     problem = task.problem
     alike = not problem.face_cohesion.any() and not problem.dilatancy_depends_on_stress

@@ -75,8 +75,8 @@ class Code(StrEnum):
     # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
     # largest divided by smallest dead load of a block.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # Only wedging could carry the dead load, so the answer is withdrawn. Values: ``load_factor``, λ of the
-    # withdrawn answer, or None; ``blocks``, the blocks that move.
+    # Only forces of wedged blocks could carry the dead load, so the answer is withdrawn. Values:
+    # ``load_factor``, λ of the withdrawn answer, or None; ``blocks``, the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, and is not reached from rest.
     # Value: ``load_factor``, λ of this state.
@@ -104,16 +104,16 @@ class Code(StrEnum):
     # the live load.
     NO_WORK = "no work"
     # The time limit ended the analysis. Values: ``seconds``, the time limit; ``phase`` of the analysis;
-    # ``carried``, the largest load factor that the load history has carried, or None; ``last``, λ of the last
-    # step of another method, or None. The last two are None if there is an answer.
+    # ``carried``, the largest load factor that the load history has reached, or None; ``last``, λ of the last
+    # step of another method, or None. If there is an answer, ``carried`` and ``last`` are None.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer; ``residuals``
     # that exceed their limits.
     NOT_CERTIFIED = "not certified"
 
     # The loop ended above the associative load factor, so the associative load factor is the result. Value:
-    # ``by``, the difference of the two load factors. This code and the next ones belong to the loop of linear
-    # programs.
+    # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
+    # loop of linear programs.
     ABOVE_ASSOCIATIVE = "above associative"
     # The associative answer already satisfies the flow rule, so the loop stops. There are no values.
     FLOW_RULE_IDLE = "flow rule idle"
@@ -145,8 +145,8 @@ class Code(StrEnum):
     # ``jumps``, the numbers of load steps and of jumps; ``carried`` and ``not_carried``, the load factors
     # between which equilibrium is lost.
     RANGE = "range"
-    # The load history has no end, because the contact forces grow with the load. Value: ``steps``, the number
-    # of load steps.
+    # The live load grows without limit in the load history, because the contact forces grow with the load.
+    # Value: ``steps``, the number of load steps.
     UNBOUNDED = "unbounded"
     # The load history led to no collapse state. Values: ``word``, how the history ended; ``steps``, the
     # number of load steps; ``looped``, True if the loop of linear programs also found no collapse;
@@ -213,8 +213,8 @@ class Code(StrEnum):
     # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 
-    # λ has decreased to zero in the finite motion of a mechanism. This code and the next ones name events of
-    # the finite motion and reasons for its end.
+    # λ has decreased to zero in the finite motion of a mechanism. All codes from here to FORCES_UNDECIDED
+    # name events of the finite motion, or reasons for its end.
     REACHES_ZERO = "reaches zero"
     # An open joint closes in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_CLOSES = "joint closes"
@@ -235,13 +235,14 @@ class Code(StrEnum):
     LOCKS = "locks"
     # Blocks have separated, and several motions are possible.
     BRANCHES = "branches"
-    # λ is still above zero after the largest permitted number of states. Value: ``steps``, this number.
+    # λ is still above zero after the largest permitted number of states. Value: ``steps``, the number of
+    # states.
     STILL_CARRIES = "still carries"
     # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
     # The friction is larger than in any dry joint. Values: ``friction``; ``pairs``, the two blocks of each
-    # joint, empty if the default for all joints is too large. This code and the next ones are warnings about
+    # joint, empty if the default for all joints is too large. All codes from here on are warnings about
     # properties of the scene that look unintended.
     FRICTION_HIGH = "friction high"
     # The dilatancy is negative, and its magnitude is larger than the friction. Values: ``dilatancy``,
@@ -256,14 +257,15 @@ class Code(StrEnum):
     # Some blocks are far away from all other blocks. Values: ``blocks``, the blocks far away; ``distance``
     # from all other blocks; ``size``, the extent of all other blocks.
     FAR_AWAY = "far away"
-    # Unit weights of blocks suggest different units. Values: ``blocks`` with another unit weight; ``ratio``,
-    # unit weight of the first of these blocks divided by the median; ``median`` of all unit weights;
-    # ``per_area``, True if unit weights are per area (in the plane without a thickness).
+    # Unit weights of blocks are so different that some of them probably have a wrong unit. Values: ``blocks``
+    # with another unit weight; ``ratio``, unit weight of the first of these blocks divided by the median;
+    # ``median`` of all unit weights; ``per_area``, True if unit weights are per area (in the plane without a
+    # thickness).
     WEIGHTS_DIFFER = "weights differ"
-    # The unit weight of a fill or backing suggests another unit. Values: ``fill``, number of the fill, from
-    # 1; ``backing``, True for the fill's backing and False for the fill; ``unit_weight`` of the fill or
-    # backing; ``other``, the unit weight with which it is compared; ``beside``, "blocks" or "fill", the
-    # origin of ``other``.
+    # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. Values:
+    # ``fill``, number of the fill, from 1; ``backing``, True for the fill's backing and False for the fill;
+    # ``unit_weight`` of the fill or backing; ``other``, the unit weight with which it is compared;
+    # ``beside``, "blocks" or "fill", the origin of ``other``.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong.
     # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
@@ -312,8 +314,9 @@ class Code(StrEnum):
     # A force acts outside of its block. Values: ``load``, "live" or "dead"; ``blocks`` with such a force;
     # ``distance`` of the first such force from its block.
     ACTS_OUTSIDE = "acts outside"
-    # Forces on blocks suggest another unit than their weights. Values: ``load``, "live" or "dead"; ``blocks``
-    # with an unusual force; ``ratio`` of the force on the first of these blocks to its weight.
+    # Forces on blocks are so large or so small compared with the weights that their unit is probably wrong.
+    # Values: ``load``, "live" or "dead"; ``blocks`` with an unusual force; ``ratio`` of the force on the
+    # first of these blocks to its weight.
     FORCES_DIFFER = "forces differ"
 
 

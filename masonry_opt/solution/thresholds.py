@@ -19,15 +19,15 @@ SLIDES = MOVES
 #: counts as hinging.
 HINGES = MOVES
 
-#: A joint separates if it opens at all of its contact points, faster than this share of the speed of the
-#: fastest corner.
+#: A joint counts as separating if it opens at all of its contact points, faster than this fraction of the
+#: speed of the fastest corner.
 SEPARATES = MOVES
 
 #: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited
 #: strength counts as crushing.
 CRUSHES = MOVES
 
-#: Share of its upper limit above which a limited force (such as the force of a tie) counts as yielding. In
+#: A limited force (such as the force of a tie) counts as yielding above this fraction of its upper limit. In
 #: addition, its end points must move apart (in a prop, together) in the mechanism.
 AT_HIGHEST = 1 - MOVES
 
@@ -35,11 +35,13 @@ AT_HIGHEST = 1 - MOVES
 #: return up to 1e-9 for a power of zero.
 DRIVES = 1e-7
 
-#: Share of the scene's largest normal force below which a joint counts as free of force.
+#: A joint counts as free of force if its normal force is below this fraction of the scene's largest normal
+#: force.
 IDLE = 1e-6
 
-#: Share of the largest value above which a message names a joint. The value is the departure from associative
-#: flow for joints that lock, and the normal force for joints under self-stress.
+#: A message names a joint if the value of the joint exceeds this fraction of the largest value of all joints.
+#: For joints that lock, the value is the departure from associative flow. For joints under self-stress, it is
+#: the normal force.
 LISTED_JOINT_SHARE = 1e-2
 
 #: Relative difference below which two load factors count as equal. Answers of different methods for one state

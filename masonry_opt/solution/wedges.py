@@ -27,9 +27,9 @@ _PARALLEL_ANGLE = 1e-9
 #: the faces of a real wedge parallel. A smaller value causes more warnings.
 _NAMED_TURN = 1e-3
 
-#: Share of the friction limit above which a joint counts as about to slide. With a smaller value, warnings
-#: name joints that carry less shear. With a larger value, joints at the limit are missed in answers of
-#: interior-point solvers.
+#: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
+#: value, warnings name joints that carry less shear. With a larger value, joints at the limit are missed in
+#: answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
 #: Largest number of joints of a block whose joints are compared with each other. A support under many blocks

@@ -48,7 +48,7 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
 
 
 def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
-    """Return the largest share by which all joints can shrink before the scene becomes unstable.
+    """Return the largest fraction by which all joints can shrink before the scene becomes unstable.
 
     Each joint shrinks towards its middle.
 
@@ -61,7 +61,7 @@ def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> floa
         return None
 
     def is_stable(share_left: float) -> bool:
-        """Return True if the scene is stable after all joints have shrunk to a share of their size."""
+        """Return True if the scene is stable after all joints have shrunk to a fraction of their size."""
         return falling_mechanism(_with_shrunk_joints(assembly, share_left), solver, effort) is None
 
     share = _least_stable(is_stable)

@@ -13,21 +13,21 @@ class ProofSettings(Settings):
     """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
 
     #: Gap between the lowest known load factor and the proven bound, relative to the load factor. With a
-    #: smaller gap, rounding errors make more conflicts invalid.
+    #: smaller gap, rounding errors make more conflicts of a proof invalid.
     gap: float = 5e-7
 
-    #: A face counts as at yield if its slack is smaller than this value, and as at rest if its rate is
-    #: smaller. With a larger value fewer linear programs are solved, but more assignments must be refuted
-    #: later.
+    #: Slack below which a yield condition counts as at yield, and rate below which it counts as at rest. With
+    #: a larger value the search solves fewer linear programs, but must refute more combinations of moving
+    #: conditions later.
     zero: float = 1e-9
 
-    #: Largest product z_i p_i, in units of the load, of forces and a mechanism near which the search looks
-    #: for a collapse state. With a larger value more attempts fail. After all conditions are assigned, the
-    #: search always makes an attempt.
+    #: The search looks for a collapse state near its last forces and mechanism if the largest product z_i
+    #: p_i, in units of the load, is at most this value. With a larger value more of these attempts fail.
+    #: After all conditions are assigned, the search always makes an attempt.
     energy: float = 1e-7
 
-    #: Multipliers below this share of the largest multiplier count as rounding errors. With a larger share
-    #: conflicts consist of fewer conditions, but more conflicts are invalid.
+    #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
+    #: fraction the conflicts of a proof consist of fewer conditions, but more conflicts are invalid.
     rounding: float = 1e-9
 
     #: Safety margin, relative to the loads, by which a lower bound of friction energy is smaller than the
@@ -39,12 +39,12 @@ class ProofSettings(Settings):
     most_programs: int = 10_000_000
 
     #: Time limit of a linear program in seconds, because HiGHS may never end without a limit. With a shorter
-    #: limit more programs are stopped, and more assignments remain undecided.
+    #: limit more programs are stopped, and more combinations of moving conditions remain undecided.
     longest_program: float = 5.0
 
-    #: The search makes every n-th decision itself: it chooses the face with the largest energy z_i p_i. The
-    #: SAT solver makes all other decisions. With n = 1, 2 and 3, times differed by less than 20 % on six
-    #: scenes of 14 to 20 joints.
+    #: In every n-th decision of the SAT solver, the search chooses which yield condition moves: the condition
+    #: with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2 and 3, times
+    #: differed by less than 20 % on six scenes of 14 to 20 joints.
     decide_every: int = 2
 
 
@@ -77,11 +77,12 @@ class ProofBudget(Settings):
     most_joints: int = zero_or_more(60)
 
     #: Reduced budget of scenes that do not have the full budget, relative to the number of programs that the
-    #: method has already solved. With a larger share more scenes are proven, and the method is slower.
+    #: method has already solved. With a larger value more searches end with a proof, and the method is
+    #: slower.
     share: float = zero_or_more(0.6)
 
-    #: Largest number of joints of a scene with the reduced budget. The reduced budget proves one in ten
-    #: random scenes of 16 to 25 joints, and hardly any larger scene.
+    #: Largest number of joints of a scene with the reduced budget. The reduced budget suffices for a proof on
+    #: one in ten random scenes of 16 to 25 joints, and on hardly any larger scene.
     most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.

@@ -31,7 +31,7 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 #: forces.
 _MANY_JOINTS = 60
 
-#: Share of the time limit that the search for lower states takes on scenes with many joints.
+#: Fraction of the time limit that the search for lower states may use on scenes with many joints.
 _SEARCHING = 0.05
 
 

@@ -69,9 +69,9 @@ RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 #: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
 
-#: If a program closes more than this share of the gap between the bounds of λ, it is solved again. The force
-#: limits are then tighter, because the bound is better. Otherwise the next program has more products and
-#: takes three to ten times as long.
+#: If a program closes more than this fraction of the gap between the bounds of λ, the same program is solved
+#: again with the tighter force limits that follow from the better bound. Otherwise the next program has more
+#: products and takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
 #: Largest number of products in a program. A larger number needs more memory.

@@ -155,7 +155,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """State finder that solves kinematic and static programs alternately, by interior-point methods."""
+        """Finder of exact states, which solves kinematic and static programs by interior-point methods."""
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task, self._settings)

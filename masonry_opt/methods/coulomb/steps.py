@@ -125,7 +125,7 @@ class FurtherStarts:
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are searched for and possible, and the scene is small or in space."""
+        """Return True if lower states are possible and searched for, and the scene is small or in space."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -159,7 +159,10 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are searched for, and the scene has the same budget as this step."""
+        """Return True if lower states are searched for, and the scene has the budget of this step.
+
+        The budget of a scene and of a step is either full or reduced.
+        """
         if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False
         return self.full_budget == run.budget.is_full_for(run.problem)

@@ -142,7 +142,7 @@ class ExactPrograms:
 
 
 class Alternation:
-    """State finder that solves the program of forces and the program of mechanisms alternately."""
+    """Finder of exact states, which solves the program of forces and of mechanisms alternately."""
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         self._given, self._effort, self._settings = problem, effort, settings

@@ -142,7 +142,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Kinds of starts from random forces that use at most a share of the strength of the ties.
+        """Starts from random forces in which ties may use only a fraction of their strength.
 
         If a scene has ties or other limited forces, these starts come first, because lower states may exist
         in which a tie does not yield.
@@ -179,7 +179,7 @@ class Search:
     def random_forces(
         self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
     ) -> np.ndarray | None:
-        """Return random forces in equilibrium at a random share of the lowest known load factor.
+        """Return random forces in equilibrium at a random fraction of the lowest known load factor.
 
         If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
         and other forces with two limits use at most ``strength_share`` of their strength, because a tie that

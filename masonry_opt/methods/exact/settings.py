@@ -14,11 +14,12 @@ class SearchSettings(Settings):
     """
 
     #: Range of load factors for random forces, relative to the lowest known load factor. With smaller values
-    #: the states found differ more, and more starts find no state.
+    #: the starts lead to more different states, but more starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: Range of the share of yield conditions whose slacks a draw of random forces minimises. With larger
-    #: shares the drawn forces are more similar to each other.
+    #: To draw random forces, the slacks of randomly chosen yield conditions are minimised. This is the range
+    #: of the fraction of yield conditions that are chosen. With larger fractions the drawn forces are more
+    #: similar to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: Number of successive starts without a lower state after which the default method ends its search on
@@ -48,12 +49,12 @@ class SearchSettings(Settings):
     #: larger scenes interior-point methods are faster.
     simplex_up_to: int = zero_or_more(500)
 
-    #: Share of the active yield conditions that a start near the lowest state releases. At least one
-    #: condition is released. With a larger share the states found differ more.
+    #: Fraction of the active yield conditions that a start near the lowest state releases. At least one
+    #: condition is released. With a larger fraction the starts lead to more different states.
     released_share: float = zero_or_more(0.02)
 
-    #: Largest shares of their strength that ties and other limited forces may use in the first starts, one
-    #: share per start. With more shares, states in which ties do not yield are found more often.
+    #: Fractions of their strength to which ties and other limited forces are limited in the first starts, one
+    #: fraction for each start. With more fractions, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
     #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
@@ -68,8 +69,8 @@ class SearchSettings(Settings):
     #: motion. With a larger value slow parts of a mechanism are ignored.
     at_rest: float = 1e-9
 
-    #: Slack below which a condition counts as at yield. With a smaller value rounding errors may hide
-    #: conditions at yield. With a larger value faces that are not at yield may move.
+    #: Slack below which a yield condition counts as at yield. With a smaller value rounding errors may hide
+    #: conditions at yield. With a larger value conditions that are not at yield may move.
     at_yield: float = 1e-7
 
     #: Largest number of times that the forces of a start are replaced by forces nearer to a collapse state,

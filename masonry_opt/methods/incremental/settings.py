@@ -23,10 +23,10 @@ class IncrementalSettings(Settings):
     #: are more increments. With a larger value, contacts that slip back and forth may lead to another
     #: equilibrium.
     increment: float = 0.1
-    #: Displacement beyond which the blocks count as collapsed, in elastic displacements. For loads larger
-    #: than the mean contact force, it is multiplied by their ratio. With a smaller value, a long slide to a
-    #: new equilibrium counts as collapse. With a larger value, joints that are not quite parallel may jam
-    #: first.
+    #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
+    #: mean contact force. For loads larger than the mean contact force, it is multiplied by their ratio. With
+    #: a smaller value, a long slide to a new equilibrium counts as collapse. With a larger value, joints that
+    #: are not quite parallel may jam first.
     far: float = 1e4
 
     #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
@@ -69,13 +69,13 @@ class IncrementalSettings(Settings):
     #: fewer solves fewer exact states are found in space, because directions of slip change there. With more
     #: solves collapses without an exact state take longer.
     exact_solves: int = zero_or_more(4)
-    #: Blocks count as free to move without resistance if more than this share of the unbalanced forces
-    #: remains even though all contacts stick. With a smaller share rounding errors may look like a free
-    #: motion. With a larger share the motion of a few small blocks may be missed.
+    #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
+    #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free
+    #: motion. With a larger fraction the motion of a few small blocks may be missed.
     unresisted: float = 1e-3
-    #: A motion counts as collapse if the unbalanced forces change by less than this share along the motion up
-    #: to ``far``. With a smaller share collapse is recognised later. With a larger share a contact that stops
-    #: the blocks may be missed.
+    #: A motion counts as collapse if the unbalanced forces change by less than this fraction along the motion
+    #: up to ``far``. With a smaller fraction collapse is recognised later. With a larger fraction a contact
+    #: that stops the blocks may be missed.
     steady: float = 1e-2
     #: Relative size of rounding errors. It applies to the distance of a joint from its friction limit, to
     #: forces (relative to the mean contact force), and to the motion of joints (relative to the motion of the

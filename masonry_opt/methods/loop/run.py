@@ -51,9 +51,9 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Rate above which a face counts as moving, relative to the largest rate. The first value is larger than the
-#: rates that solvers return for zero. The second value is tried if the first leads to no exact state, which
-#: happens in some cycles.
+#: Rate above which a yield condition counts as moving, relative to the largest rate. The first value is
+#: larger than the rates that solvers return for zero. The second value is tried if the first leads to no
+#: exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
 #: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.

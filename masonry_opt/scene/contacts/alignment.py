@@ -47,8 +47,9 @@ class AlignmentSettings:
     #: search for parallel planes. A larger value needs more memory. A smaller value needs more time for
     #: rubble.
     most_neighbours: int = 100
-    #: Largest number of joints linked to a plane that are found by a search from block to block. If more
-    #: joints are linked, all joints of the scene are searched at once, which is slower if few are linked.
+    #: Largest number of joints linked to a plane (see ``_Links``) that are found by a search from block to
+    #: block. If more joints are linked, all joints of the scene are searched at once, which is slower if few
+    #: are linked.
     most_one_by_one: int = 64
 
 

@@ -274,5 +274,5 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
-    notes = f"intervals of one load factor: jointly valid with {sure}; hollow marks: correlation may be zero"
+    notes = f"the intervals of a load factor are jointly valid with {sure}; hollow mark: may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

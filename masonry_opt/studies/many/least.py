@@ -161,13 +161,16 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends, and of a scene that also holds beyond the threshold."""
+        """Warnings of the results at both ends, and about values beyond the threshold that hold too."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = f"the scene also holds {side} the threshold, at {values}: search that range separately"
+        sentence = (
+            f"the scene is also stable, or carries the load, {side} the threshold, at {values}: search that "
+            "range separately"
+        )
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 

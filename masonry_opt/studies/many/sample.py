@@ -179,8 +179,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: the limits allow for collapse and for no collapse": self.undecided,
-            "without an incremental λ: its limits allow for collapse and for no collapse": missing.sum(),
+            "undecided: the confidence limits allow for both outcomes, collapse and no collapse": self.undecided,
+            "without an incremental λ: its confidence limits allow for both outcomes": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
