@@ -63,8 +63,8 @@ class StateCheck:
     q: np.ndarray  #: joint forces, as passed
     #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
-    #: Problem whose matrices are used to compute the residuals. It is the problem of the scene if the live
-    #: load does work in the mechanism. Otherwise it is an equivalent problem in which dead load and live load
+    #: Problem whose matrices are used to compute the residuals. If the live load does work in the mechanism,
+    #: it is the problem of the scene. Otherwise it is an equivalent problem in which dead load and live load
     #: are exchanged.
     problem: Problem
 

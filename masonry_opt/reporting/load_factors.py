@@ -237,12 +237,12 @@ def _incremental_remark(result: Outcome) -> str:
     remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
     if state.has(Code.RANGE):
         not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
-        remark = f"equilibrium is lost between this load factor and {not_carried} as the live load is raised"
+        remark = f"equilibrium is lost between this load factor and {not_carried} as the live load grows"
     if state.peak is None:
         return remark
     if result.end is None:
-        return f"{remark}; once the blocks move, they carry no live load"
-    return f"{remark}; once the blocks move, they carry only λ = {factor_text(result.end)}"
+        return f"{remark}; after the collapse begins, the moving blocks carry no live load"
+    return f"{remark}; after the collapse begins, the moving blocks carry only λ = {factor_text(result.end)}"
 
 
 def _coulomb_remark(result: Outcome) -> str:

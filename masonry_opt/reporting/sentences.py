@@ -340,8 +340,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
         f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, which is not above zero: the "
-        "scene carries its dead load from rest, but with the forces of that state it would fall without "
-        "live load"
+        "scene is stable under its dead load from rest, but with the joint forces of this state it would "
+        "fall without live load"
     ),
     Code.STOPPED_SHORT: (
         "the solver stopped before it reached its tolerance ('{word}'): check the residuals of the "
@@ -413,7 +413,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "state with a lower λ exists, but the load history does not lead to this state"
     ),
     Code.DILATANCY_FALLS: (
-        "not computed, because only the loop of linear programs supports dilatancy that falls with stress"
+        "no load history was computed, because only the loop of linear programs supports dilatancy that "
+        "falls with stress"
     ),
     Code.COLLAPSE: lambda v: (
         f"the live load was increased from zero in {counted(v['steps'], 'step')}{_jumps(v)}, up to an exact "
@@ -428,7 +429,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history prove"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}, because load histories take long: use method 'incremental'"
+        f"no load history was computed, because it takes long for {_joints_or_points(v)}: use method "
+        "'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"

@@ -89,8 +89,9 @@ class Code(StrEnum):
     DILATANCY_LOCKS = "dilatancy locks"
     # The live load does no positive work in any mechanism, so it cannot cause collapse. There are no values.
     NO_MECHANISM = "no mechanism"
-    # It is proven that no collapse state exists. Values: ``static_cuts`` and ``kinematic_cuts``, the numbers
-    # of static and of kinematic cuts in the proof.
+    # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
+    # conditions that exclude each other; ``kinematic_cuts``, the number of sets of yield conditions of which
+    # at least one must move.
     NO_COLLAPSE = "no collapse"
     # Forces within the friction limits carry any multiple of the live load. There are no values.
     CARRIES_ANY = "carries any"

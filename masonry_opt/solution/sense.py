@@ -31,9 +31,9 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. The
-#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. It is well below 1000,
-#: because different materials may reduce that ratio. Unit weights with a smaller ratio are compared with
-#: typical values.
+#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. The value is well below
+#: 1000, because different materials may reduce the ratio of 1000. Unit weights with a smaller ratio are
+#: compared with typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area. If the ratio or its inverse is larger, a

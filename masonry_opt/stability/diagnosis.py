@@ -420,8 +420,8 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
     # In the graph, each edge leads from a supporting block to the block above it. An extra node with number
-    # ``count`` has edges to all supports. They include supports that can rotate, which are modelled as
-    # movable blocks with restraining forces.
+    # ``count`` has edges to all supports, including supports that can rotate, which are modelled as movable
+    # blocks with restraining forces.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)

@@ -79,7 +79,7 @@ def test_blocks_move_on_under_a_lower_load():
         result.end,
         result.incremental,
     )
-    assert f"once the blocks move, they carry only λ = {result.end:.6g}" in result.summary
+    assert f"after the collapse begins, the moving blocks carry only λ = {result.end:.6g}" in result.summary
 
 
 @pytest.mark.slow
@@ -102,7 +102,7 @@ def test_blocks_that_move_on_without_load_leave_the_largest_load():
     result = mo.solve(random_scene("tessellation", 910020), "incremental")
     assert (result.load_factor, result.end) == (None, None)
     assert 0.07 < result.incremental < result.associative
-    assert "once the blocks move, they carry no live load" in result.summary
+    assert "after the collapse begins, the moving blocks carry no live load" in result.summary
 
 
 @pytest.mark.parametrize("method", ["coulomb", "nonassociative", "mpec", "global"])

@@ -60,8 +60,8 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: Scenes with at most this number of joints have the full budget. It suffices for a proof on 95 % of
-    #: random scenes of this size. On larger scenes most searches would end without a proof.
+    #: Scenes with at most this number of joints have the full budget. The full budget suffices for a proof on
+    #: 95 % of random scenes of this size. On larger scenes most searches would end without a proof.
     few_joints: int = zero_or_more(15)
 
     #: Scenes of up to ``most_joints`` joints also have the full budget if they have at most this number of
@@ -69,8 +69,8 @@ class ProofBudget(Settings):
     #: is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Number of linear programs of the full budget. They take about 1 s. With a larger budget more searches
-    #: end with a proof, and all other searches take longer.
+    #: Number of linear programs of the full budget, which take about 1 s in total. With a larger budget more
+    #: searches end with a proof, and all other searches take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
@@ -88,9 +88,9 @@ class ProofBudget(Settings):
     #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.
     seconds: float = 30.0
 
-    #: Upper end of the searched load factors, relative to the last load factor of the load history. It is
-    #: used if neither an exact state nor the associative load factor is known. A smaller value may miss
-    #: states. With a very large value, rounding errors leave more searches undecided.
+    #: Upper end of the searched load factors, relative to the last load factor of the load history. The value
+    #: is used if neither an exact state nor the associative load factor is known. With a smaller value the
+    #: search may miss states. With a very large value, rounding errors leave more searches undecided.
     load_range: float = 10.0
 
     #: With option ``search``, periods of search and periods of proof alternate. This is the number of linear

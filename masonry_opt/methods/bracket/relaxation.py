@@ -54,7 +54,7 @@ _FASTEST = 20.0
 #: Rate or velocity below which a face or a block counts as at rest.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of one program. It also ends programs without a time limit.
+#: Largest number of iterations of one program. The limit also ends programs that have no time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program, in seconds.

@@ -150,8 +150,8 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for lower states, by the state from which a search began. They are
-        #: reused because many starts lead to the same few states. Results with undecided programs are not
+        #: Results of earlier searches for lower states, by the state from which a search began. Results are
+        #: reused, because many starts lead to the same few states. Results with undecided programs are not
         #: stored.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 

@@ -14,10 +14,10 @@ class IncrementalSettings(Settings):
     """
 
     #: Largest width of the range of the collapse load, relative to the load factor, if the range contains no
-    #: exact state. Loads at half this distance below and above an exact state are tested. The first increment
-    #: after a damped motion has this size. It doubles with each successive motion, and is at most
-    #: ``smallest_increment``. With a smaller value the search takes more steps. With a larger value the range
-    #: is wider, and the exact state may be missed.
+    #: exact state. Loads at half this distance below and above an exact state are tested. The first load
+    #: increment after a damped motion also has this size. The increment doubles with each successive motion,
+    #: up to ``smallest_increment``. With a smaller value the search takes more steps. With a larger value the
+    #: range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments. With a larger value, contacts that slip back and forth may lead to another
@@ -77,8 +77,8 @@ class IncrementalSettings(Settings):
     #: up to ``far``. With a smaller fraction collapse is recognised later. With a larger fraction a contact
     #: that stops the blocks may be missed.
     steady: float = 1e-2
-    #: Relative size of rounding errors. It applies to the distance of a joint from its friction limit, to
-    #: forces (relative to the mean contact force), and to the motion of joints (relative to the motion of the
+    #: Relative size of rounding errors, for the distance of a joint from its friction limit, for forces
+    #: (relative to the mean contact force), and for the motion of joints (relative to the motion of the
     #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
     #: friction limit slide too early.
     rounding: float = 1e-9

@@ -29,7 +29,8 @@ class Shortfall(StrEnum):
 #: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that returns the next attempt, given the last one. It returns None if it would change nothing.
+#: Function that returns the next attempt, given the last attempt. The function returns None if the next
+#: attempt would equal the last attempt.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are still to be tried, for each kind of failure.

@@ -33,10 +33,10 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer under a live load of shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: Distance from a position at which loads may jump. The loads are evaluated at this distance on both sides.
-#: It is relative to the length of the road.
+#: Distance from a position at which loads may jump, relative to the length of the road. The loads are
+#: evaluated at this distance on both sides of the position.
 _BREAK_DISTANCE = 1e-9
-#: Loads below this size count as rounding errors. It is relative to the largest entry of the live load.
+#: Size below which a load counts as a rounding error, relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
 #: Length below which a range of positions is not halved, relative to the length of all ranges.
 _SHORTEST_RANGE = 1e-4

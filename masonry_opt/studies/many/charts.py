@@ -50,8 +50,8 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: A load factor is beyond the axis if its ratio to the next smaller load factor is at least this value. It is
-#: then drawn in the strip at the top of the chart.
+#: A load factor is beyond the axis if its ratio to the next smaller load factor is at least this value. A
+#: load factor beyond the axis is drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
 #: Largest fraction of load factors that may be beyond the axis. Among three or more load factors, one may
 #: always be beyond the axis.
@@ -274,5 +274,8 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
-    notes = f"the intervals of a load factor are jointly valid with {sure}; hollow mark: may be zero"
+    notes = (
+        f"the intervals of a load factor are jointly valid with {sure}; a hollow mark means that the "
+        "correlation may be zero"
+    )
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

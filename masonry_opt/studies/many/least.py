@@ -161,16 +161,13 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends, and about values beyond the threshold that hold too."""
+        """Warnings of the results at both ends, and about values beyond the threshold that also pass."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = (
-            f"the scene is also stable, or carries the load, {side} the threshold, at {values}: search that "
-            "range separately"
-        )
+        sentence = f"the scene also meets the requirement {side} the threshold, at {values}: search there too"
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 
@@ -227,11 +224,9 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Type of a function that is called with every trial.
 
-#: Default width of the interval that contains the threshold, relative to the threshold.
-THRESHOLD_TOLERANCE = 1e-6
+THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Least value, relative to the searched range, by which the tolerance is multiplied. A threshold smaller than
-#: this value does not make the final interval narrower.
+#: Least value of the threshold, relative to the searched range, by which the tolerance is multiplied.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.

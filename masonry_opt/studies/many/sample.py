@@ -168,7 +168,7 @@ class Sample(StudyAnswer):
 
     @property
     def failed(self) -> int:
-        """Number of runs whose process crashed, died or exceeded a limit. These runs are also undecided."""
+        """Number of runs that crashed, died or exceeded a limit; they also count as undecided."""
         return int(self._counting["status"].isin(UNSOLVED).sum())
 
     @property
@@ -179,8 +179,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: the confidence limits allow for both outcomes, collapse and no collapse": self.undecided,
-            "without an incremental λ: its confidence limits allow for both outcomes": missing.sum(),
+            "undecided: the confidence limits allow for collapse and for no collapse": self.undecided,
+            "without an incremental λ: its limits allow for collapse and for no collapse": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]

@@ -287,7 +287,8 @@ def test_what_is_left_after_the_peak_is_said():
     after_peak = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(after_peak)["incremental"]
     assert value == "0.21"
-    assert remark.endswith(f"once the blocks move, they carry only λ = {result.incremental:.6g}")
+    carried = f"after the collapse begins, the moving blocks carry only λ = {result.incremental:.6g}"
+    assert remark.endswith(carried)
 
 
 def test_a_missing_incremental_load_factor_is_explained():
