@@ -144,8 +144,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the gap if blocks should rest on the support"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
-        f"joints that no load presses together hold blocks between supports: {pairs(v)}; add the load that "
-        "clamps these joints, or set their friction to 0"
+        f"no load presses on some joints that hold blocks between supports by friction: {pairs(v)}; add the "
+        "load that clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
         f"{do(v, 'lie')} {v['distance']:.3g} away from all other blocks, which extend over {v['size']:.3g}: "

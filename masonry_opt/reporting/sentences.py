@@ -381,7 +381,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "associative load factor is reported instead"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
-        "the associative answer already obeys the joints' own flow rule; to look for a lower load factor, "
+        "the associative answer already obeys the joints' own flow rule; to look for a lower load factor: "
         + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (

@@ -108,8 +108,8 @@ class Code(StrEnum):
     # ``carried``, the largest load factor that the load history has reached, or None; ``last``, λ of the last
     # step of another method, or None. If there is an answer, ``carried`` and ``last`` are None.
     TIME_LIMIT = "time limit"
-    # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer; ``residuals``
-    # that exceed their limits.
+    # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer;
+    # ``residuals``, the residuals that exceed their limits, by name.
     NOT_CERTIFIED = "not certified"
 
     # The loop ended above the associative load factor, so the associative load factor is the result. Value:
@@ -242,12 +242,13 @@ class Code(StrEnum):
     # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
-    # The friction is larger than in any dry joint. Values: ``friction``; ``pairs``, the two blocks of each
-    # joint, empty if the default for all joints is too large. All codes from here on are warnings about
-    # properties of the scene that look unintended.
+    # The friction is larger than in any dry joint. Values: ``friction``, the friction coefficient; ``pairs``,
+    # the two blocks of each joint, empty if the default for all joints is too large. All codes from here on
+    # are warnings about properties of the scene that look unintended.
     FRICTION_HIGH = "friction high"
-    # The dilatancy is negative, and its magnitude is larger than the friction. Values: ``dilatancy``,
-    # ``friction``, ``pairs``.
+    # The dilatancy is negative, and its magnitude is larger than the friction. Values: ``dilatancy`` and
+    # ``friction``, the two coefficients; ``pairs``, the two blocks of each joint, empty if the default for
+    # all joints is wrong.
     DILATANCY_LOW = "dilatancy low"
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
@@ -255,8 +256,8 @@ class Code(StrEnum):
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
     HELD_BY_CLAMPING = "held by clamping"
-    # Some blocks are far away from all other blocks. Values: ``blocks``, the blocks far away; ``distance``
-    # from all other blocks; ``size``, the extent of all other blocks.
+    # Some blocks are far away from all other blocks. Values: ``blocks``, the names of the blocks far away;
+    # ``distance``, their distance from all other blocks; ``size``, the extent of all other blocks.
     FAR_AWAY = "far away"
     # Unit weights of blocks are so different that some of them probably have a wrong unit. Values: ``blocks``
     # with another unit weight; ``ratio``, unit weight of the first of these blocks divided by the median;
@@ -274,18 +275,18 @@ class Code(StrEnum):
     # median block if the value is too small, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
-    # "strength" or "cohesion"; ``value`` of this property; ``weight``, the stress below a column of the
-    # median unit weight that is as high as the largest dimension of the scene.
+    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column of
+    # the median unit weight that is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
-    # Small gaps between blocks carry no force. Values: ``pairs`` of blocks on both sides of a gap; ``widths``
-    # of the gaps; ``option`` of the scene that closes all gaps, "tolerance" or "contact_tolerance";
-    # ``tolerance``, the value of that option.
+    # Small gaps between blocks carry no force. Values: ``pairs``, the two blocks at each gap; ``widths``, the
+    # widths of the gaps; ``option``, the option of the scene that closes all gaps, "tolerance" or
+    # "contact_tolerance"; ``tolerance``, the value of this option.
     SMALL_GAPS = "small gaps"
     # Blocks face each other but have no joint, because their sides are too short for the tolerance. Values:
-    # ``pairs`` of these blocks; ``widths`` of the gaps between them.
+    # ``pairs``, the two blocks that face each other; ``widths``, the widths of the gaps between them.
     LOST_JOINTS = "lost joints"
     # A large tolerance closes gaps as wide as mortar joints. Values: ``pairs``, the two blocks at each gap;
-    # ``widths`` of these gaps.
+    # ``widths``, the widths of the gaps.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # Alignment rotated some joints. Values: ``pairs``, the two blocks of each such joint; ``turn``, the
     # largest rotation, in radians; ``tolerance`` of the scene.
@@ -310,10 +311,10 @@ class Code(StrEnum):
     # A part of an edge load has no effect, because no free edge of a movable block is there. Values:
     # ``number`` of the edge load, from 1; ``length`` of this part.
     BARE_EDGE_LOAD = "bare edge load"
-    # The scene was solved without its axles. Value: ``names`` of the groups of axles.
+    # The scene was solved without its axles. Value: ``names``, the names of the groups of axles.
     AXLES_LEFT_OUT = "axles left out"
-    # A force acts outside of its block. Values: ``load``, "live" or "dead"; ``blocks`` with such a force;
-    # ``distance`` of the first such force from its block.
+    # A force acts outside of its block. Values: ``load``, "live" or "dead"; ``blocks``, the blocks with such
+    # a force; ``distance``, the distance of the first such force from its block.
     ACTS_OUTSIDE = "acts outside"
     # Forces on blocks are so large or so small compared with the weights that their unit is probably wrong.
     # Values: ``load``, "live" or "dead"; ``blocks`` with an unusual force; ``ratio`` of the force on the

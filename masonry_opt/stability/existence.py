@@ -53,21 +53,21 @@ _EXISTENCE_PURPOSE = "existence"
 #: Proofs do not depend on the value, because the residual of each cut is compared with ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: A face belongs to a cut if its Farkas multiplier exceeds this share of the largest multiplier. With a
+#: A face belongs to a cut if its Farkas multiplier exceeds this fraction of the largest multiplier. With a
 #: larger value, cuts contain fewer faces, but their residuals may be too large.
 _TO_BLAME = 1e-9
 
-#: The search branches on the face that occurs most often in the latest cuts. This value is the number of cuts
-#: that count as the latest.
+#: Number of latest cuts from which the search chooses the next face to branch on: the face that occurs most
+#: often in these cuts.
 _OF_LATE = 200
 
-#: Value of a face in a choice of moving faces: it is not yet decided if the face moves.
+#: Value of a face (yield condition) for which the search has not yet decided if it moves.
 _OPEN = -1
 
-#: Value of a face in a choice of moving faces: the face does not move.
+#: Value of a face (yield condition) that does not move.
 _RESTING = 0
 
-#: Value of a face in a choice of moving faces: the face moves and is at yield.
+#: Value of a face (yield condition) that moves and is therefore at yield.
 _MOVING = 1
 
 

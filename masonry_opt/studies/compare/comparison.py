@@ -181,7 +181,7 @@ def run_plan(
     if by_parabola:
         notes.append(
             f"{', '.join(by_parabola)}: no error is computed for methods static and kinematic with a conic "
-            "solver, because these use the crushing parabola, but the certified bounds use chords"
+            "solver, because conic solvers use the crushing parabola, but the certified bounds use chords"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]

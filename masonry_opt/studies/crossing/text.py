@@ -80,7 +80,8 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     if group.width:
         share = f"{passage.across:.4g}"
         lines["width"] = (
-            f"the scene carries {share} of each load: its thickness over the effective width {group.width:g}"
+            f"the scene carries {share} of each load: its thickness divided by the effective width "
+            f"{group.width:g}"
         )
     positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
     between = "" if answer.bound is not None else "; λ may be less between positions"
@@ -109,7 +110,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if answer.passages[0].beside is not None:
         if worst.associative is not None and worst.load_factor is not None:
             lines["associative"] = (
-                f"{numeral(worst.associative, '.6f')} at this position, as an upper bound by classical "
+                f"{numeral(worst.associative, '.6f')} at this position is an upper bound by classical "
                 f"limit analysis; λ is {_difference(worst.load_factor, worst.associative)}"
             )
         return lines

@@ -287,8 +287,9 @@ def test_what_is_left_after_the_peak_is_said():
     after_peak = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(after_peak)["incremental"]
     assert value == "0.21"
-    carried = f"after the collapse begins, the moving blocks carry only λ = {result.incremental:.6g}"
-    assert remark.endswith(carried)
+    assert remark.endswith(
+        f"after the collapse begins, the moving blocks carry only λ = {result.incremental:.6g}"
+    )
 
 
 def test_a_missing_incremental_load_factor_is_explained():
