@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
 #: A kinematic check raises an error if the live load differs from the weight of the loaded blocks by more
-#: than this share.
+#: than this fraction.
 _WEIGHT_TOLERANCE = 1e-2
-#: A kinematic check raises an error if the vertical part of a live force exceeds this share of the largest
+#: A kinematic check raises an error if the vertical part of a live force exceeds this fraction of the largest
 #: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
 #: Events that a plot of the curve marks: code of the event, and its legend entry, colour and marker.

@@ -7,8 +7,8 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: A singular value below this share of the largest singular value counts as zero. The equations are linearly
-#: dependent if joints share a hinge.
+#: A singular value below this fraction of the largest singular value counts as zero. The equations are
+#: linearly dependent if joints share a hinge.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step.
 _NEWTON_ITERATIONS = 12

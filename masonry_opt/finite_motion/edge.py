@@ -28,7 +28,7 @@ from masonry_opt.solution.thresholds import same
 _ROTATION_TOLERANCE = 1e-3
 #: If λ grows without bound near an angle, the path ends earlier, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
-#: A joint is reported as opening or sliding if its rate exceeds this share of the largest rate.
+#: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3
 #: Number of angles between 0 and 90° at which moments are computed to find an interval that contains the end
 #: of the path.

@@ -28,8 +28,8 @@ CONFIDENCE_FACTOR = 1.35
 class CodeRules:
     """Parameters of the kinematic check in one building code and limit state."""
 
-    ultimate: float  #: ultimate displacement d*_u, as a share of the displacement d*_0 at λ = 0
-    secant: float  #: displacement d*_s that defines the secant period, as a share of d*_u
+    ultimate: float  #: ultimate displacement d*_u, as a fraction of the displacement d*_0 at λ = 0
+    secant: float  #: displacement d*_s that defines the secant period, as a fraction of d*_u
     period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
     has_linear: bool  #: True if the code has a linear check in this limit state
     #: If True, the demand is the largest spectral displacement at all periods up to the secant period. If
@@ -62,7 +62,7 @@ class KinematicCheck:
     displacement: Displacement d*_0 of the equivalent oscillator at λ = 0, or at the end of a curve that ends
         earlier, with d* = d_k Σ P δ² / (δ_k Σ P δ).
     complete: True if the curve reaches λ = 0; otherwise ``displacement`` is less than d*_0.
-    ultimate: Ultimate displacement d*_u, a share of d*_0.
+    ultimate: Ultimate displacement d*_u, a fraction of d*_0.
     secant, secant_acceleration: Point (d*_s, a*_s) of the curve, with a*_s in g.
     period: Secant period T_s in seconds: √(d*_s / a*_s) times 2π, in NTC 2018 times 1.68π (SLV) or 1.56π
         (SLC).

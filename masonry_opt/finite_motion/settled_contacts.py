@@ -24,7 +24,7 @@ from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 _STEPS = 10
 #: Largest number of Gauss–Newton iterations in one step of the supports.
 _MOST_CORRECTIONS = 20
-#: Gauss–Newton iterations have converged if positions change by less than this share of the size of the
+#: Gauss–Newton iterations have converged if positions change by less than this fraction of the size of the
 #: scene.
 _CONVERGED_STEP = 1e-13
 #: Weight of the slips at hinges in the least-squares problem, relative to the weight of gaps. A hinge that
@@ -37,7 +37,7 @@ _LARGEST_GAP = SEPARATES
 #: Largest slip at a hinge, relative to the largest movement of a point. A larger slip raises an error,
 #: because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
-#: A singular value below this share of the largest singular value counts as zero.
+#: A singular value below this fraction of the largest singular value counts as zero.
 _SINGULAR = 1e-10
 
 
@@ -179,7 +179,7 @@ class Contacts:
         return poses[body]
 
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
-        """Return the poses of all bodies after a given share of the movement.
+        """Return the poses of all bodies after a given fraction of the movement.
 
         The reference point of each body, the centroid of its support or of its largest block, moves along a
         straight line.

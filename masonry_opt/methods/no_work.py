@@ -3,7 +3,7 @@
 An example is a block that the dead load pushes aside once the live load has lifted enough of it.
 
 All methods scale mechanisms by f_L·d = Σ|f_L|, and so find none with f_L·d ≤ 0. The loads at λ₀ are however
-equal if a share σ of the dead load grows with the live load:
+equal if a fraction σ of the dead load grows with the live load:
 
     λ f_L + f_D = λ (f_L + σ f_D / λ₀) + (1 - σ) f_D    for λ = λ₀
 

@@ -359,7 +359,7 @@ class Road:
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
     """Distribute vertical point loads on a fill to the pieces of block edges below the fill.
 
-    The function returns the share of each load that acts on each piece, and its first moment.
+    The function returns the fraction of each load that acts on each piece, and its first moment.
 
     A load spreads in rays to both sides, and each ray acts on the first edge that it reaches. The load is
     uniform over the tangents t of the rays to the vertical, |t| ≤ ``tangent``, so the pressure on a level
@@ -392,7 +392,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the share of each load that each piece on one side carries, and its moment about the load.
+    """Return the fraction of each load that each piece on one side carries, and its moment about the load.
 
     The results have shape (loads, pieces), with one entry for each piece of an edge.
 

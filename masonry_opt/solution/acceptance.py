@@ -103,8 +103,8 @@ CLOSED = 1e-5
 #: With this value, λ agrees with the bounds in four digits.
 OUTSIDE = 1e-4
 
-#: Tolerance of the force limits that a lower bound assumes: forces may exceed a limit by this share of the
-#: limit plus this share of the median block weight. The bound counts as valid for such forces.
+#: Tolerance of the force limits that a lower bound assumes: forces may exceed a limit by this fraction of the
+#: limit plus this fraction of the median block weight. The bound counts as valid for such forces.
 BEYOND_LIMITS = 1e-6
 
 #: Largest residual, relative to the load, at which a point counts as feasible, so that its objective value is

@@ -17,8 +17,8 @@ from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
 
-#: Smallest force by which residuals of a block are divided, as a share of the live load at collapse. Smaller
-#: forces on a block are replaced by this value.
+#: Smallest force by which residuals of a block are divided, as a fraction of the live load at collapse.
+#: Smaller forces on a block are replaced by this value.
 _SMALLEST_FORCE = 1e-4
 
 
@@ -80,7 +80,7 @@ def certify(
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Return the largest force that loads and joints exert on each block, shape (b,).
 
-    The value is at least ``_SMALLEST_FORCE``, a share of the live load at collapse.
+    The value is at least ``_SMALLEST_FORCE``, a fraction of the live load at collapse.
     """
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)

@@ -12,7 +12,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
-#: Normal force above which a joint counts as pressed, as a share of the dead load of the joint's lighter
+#: Normal force above which a joint counts as pressed, as a fraction of the dead load of the joint's lighter
 #: block. Joints with smaller forces are ignored, because they have little influence on stability.
 _PRESSED_SHARE = 0.01
 
@@ -49,7 +49,7 @@ class Stability:
         None if no joint can slide, or if the factor was not computed because the scene is large.
     least_friction: smallest friction coefficient, the factor times the coefficient, if all joints that can
         slide have the same coefficient; otherwise None.
-    geometric_margin: largest share by which all joints can shrink towards their middles while forces still
+    geometric_margin: largest fraction by which all joints can shrink towards their middles while forces still
         carry the dead load. With a margin of 0.4 all resultants fit into the middle 60 % of the joints. None
         if joints have a limited strength, or if the margin was not computed because the scene is large.
     worst_joint: joint whose resultant is nearest to its edge under the joint forces of this result; None if

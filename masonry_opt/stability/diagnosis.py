@@ -48,7 +48,7 @@ FACTOR_UP_TO = 2000
 _MOST_FACTORS = 12
 
 #: The search ends if the smallest stable and the largest unstable friction factor differ by at most this
-#: share. A smaller value needs more programs.
+#: fraction. A smaller value needs more programs.
 _NEAR = 1e-3
 
 #: Largest friction coefficient that the search tries. Solvers are less accurate with larger coefficients.

@@ -17,8 +17,8 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: A bisection ends if the smallest stable value exceeds the largest unstable value by at most this share of
-#: itself. A smaller tolerance needs more programs.
+#: A bisection ends if the smallest stable value exceeds the largest unstable value by at most this fraction
+#: of itself. A smaller tolerance needs more programs.
 _BISECTION_TOLERANCE = 2e-4
 
 #: A bisection also ends when the smallest stable value is below this value, which counts as zero.

@@ -29,7 +29,7 @@ _CONFLICTS_PURPOSE = "conflicts"  #: Key in a result's ``solvers`` for the progr
 _RAY_RESIDUAL = 1e-7
 
 #: Largest residual of a conflict, relative to the residual that the proof check allows. The check uses exact
-#: arithmetic and may reject conflicts if this share is larger.
+#: arithmetic and may reject conflicts if this fraction is larger.
 _SAFETY = 0.5
 
 

@@ -41,9 +41,9 @@ _TOLERANCE = 1e-7
 #: programs with more rows, it mostly ends without multipliers.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, as a share of the relative gap between the bounds of λ. With a smaller tolerance, half
-#: of the iterations improve a bound by only a hundredth. The next program, with more products, improves the
-#: bound much more.
+#: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
+#: half of the iterations improve a bound by only a hundredth. The next program, with more products, improves
+#: the bound much more.
 _COARSE = 0.05
 
 #: Limit of velocities for columns without bounds, in units of the live load's mean velocity. The solver needs
@@ -283,8 +283,8 @@ def relaxed(
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # An angular velocity is limited to the largest velocity divided by 2, because joints are about 2 units of
-    # length long in the units of the problem.
+    # The limit of angular velocities is the limit of velocities divided by 2, because joints are about 2 long
+    # in the unit of length of the problem.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
@@ -390,8 +390,8 @@ class Rising:
 
         Unless a program is repeated, the next program has more products. A program includes only states above
         the last bound. The forces of these states have smaller limits, so that an equal number of products
-        proves a higher bound. A program is therefore repeated as long as each repetition closes a large share
-        of the gap.
+        proves a higher bound. A program is therefore repeated as long as each repetition closes a large
+        fraction of the gap.
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:

@@ -256,7 +256,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of eq. (2), and the share of its full length that was taken.
+        """Return an implicit Euler step of eq. (2), and the fraction of its full length that was taken.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.
@@ -279,7 +279,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return the step and its share.
+        """Halve a time step until the tangent predicts the forces well. Return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

@@ -143,7 +143,7 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and their sides that touch or have a gap like mortar, but have no joint.
+    """Return near pairs of blocks, and their sides without a joint that touch or are as near as mortar.
 
     ``joined`` has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the
     shapes.

@@ -325,8 +325,8 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table with one row for each ``Pair``, which counts the verdicts over all scenes.
 
-    The column ``success`` is the share of answers that are certified or named correctly. The median time and
-    the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
+    The column ``success`` is the fraction of answers that are certified or named correctly. The median time
+    and the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
     """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}

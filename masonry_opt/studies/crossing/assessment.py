@@ -24,8 +24,8 @@ class Assessment(NamedTuple):
 
     outcome: AssessmentOutcome
     load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    #: Name of this load factor. If the outcome is undecided, or if no load factor is compared, the reason for
-    #: the outcome.
+    #: Name of the load factor that is compared. If the outcome is undecided, or if no load factor is
+    #: compared, the text states the reason for the outcome.
     why: str
 
 

@@ -75,7 +75,7 @@ class CrossingLoadFactors:
         """Load of each axle of the worst group at λ = 1, beginning with the first axle.
 
         The loads include the factor of the group and the factor of the load case. They act on the effective
-        width, of which the scene carries a share.
+        width, of which the scene carries a fraction.
         """
         if self.least is None:
             return []

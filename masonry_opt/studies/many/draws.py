@@ -47,7 +47,7 @@ class Distribution(NamedTuple):
 def distribution(name: str, given: Any) -> Distribution:
     """Convert a distribution from one of the forms that :func:`~.sample.sample` accepts.
 
-    A standard deviation that exceeds a nonzero mean must be written as a share of the mean. Raises
+    A standard deviation that exceeds a nonzero mean must be written as a fraction of the mean. Raises
     OptionError, with the name of the number, if the form is unknown or a value is out of range.
     """
     subject = f"distribution of '{name}'"
@@ -117,7 +117,7 @@ def _number(value: Any) -> float:
 
 
 def _deviation(value: Any, mean: float, subject: str) -> float:
-    """Return a standard deviation from a number, or from a share of the mean such as "15%".
+    """Return a standard deviation from a number, or from a fraction of the mean such as "15%".
 
     Raises OptionError, with the subject, if the number exceeds a nonzero mean. Raises TypeError if the value
     is not a number.

@@ -179,8 +179,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided: the confidence limits allow for collapse and for no collapse": self.undecided,
-            "without an incremental λ: its limits allow for collapse and for no collapse": missing.sum(),
+            "undecided (the confidence limits include collapse and no collapse)": self.undecided,
+            "without an incremental λ (its confidence limits include both outcomes)": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -218,7 +218,7 @@ class Sample(StudyAnswer):
         """Return the probability of collapse at given load factors (the fragility curve).
 
         The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
-        factor begin with ``incremental_``. The probability is the share of decided runs whose load factor
+        factor begin with ``incremental_``. The probability is the fraction of decided runs whose load factor
         does not exceed the load. The limits are those of Clopper and Pearson (1934): the lower limit assumes
         that no undecided run has collapsed, the upper limit that all undecided runs have.
 
@@ -455,7 +455,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     scene: A scene, or the path of a case file.
     distributions: By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and
         ``("normal", mean, deviation)``, with mean and standard deviation of the number itself; the deviation
-        may be a share of the mean, ``"15%"``. Others are ``("uniform", least, greatest)`` and frozen
+        may be a fraction of the mean, ``"15%"``. Others are ``("uniform", least, greatest)`` and frozen
         distributions of ``scipy.stats``. If a value is impossible, such as a friction below 0, nothing is
         run.
     n: Number of runs, best a power of two. The runs of a smaller number are the first of a larger number.
