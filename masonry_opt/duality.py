@@ -123,8 +123,8 @@ class DualityReport:
             gap, missed = self._cone_differences
             by_cone = numeral(self.cones[0], ".7f")
             lines.append(
-                f"friction cones give λ = {by_cone} (static and kinematic λ differ by {gap:.1e}), and "
-                f"friction polygons give a λ that is {missed:.2%} lower"
+                f"λ is {by_cone} with friction cones (static and kinematic λ differ by {gap:.1e}), and "
+                f"{missed:.2%} lower with friction polygons"
             )
         lines += ["", frame_text(self.table, "residuals of each solution (0 is exact)")]
         lines += [f"warning: {sentence}" for sentence in self.warning_sentences]

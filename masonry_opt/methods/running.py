@@ -15,8 +15,8 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: Largest number of joints for the search for a collapse in which the live load does no work. This search
-#: follows if a method finds no load factor.
+#: Largest number of joints of a scene on which the program searches for a collapse in which the live load
+#: does no work. The search follows if a method finds no load factor.
 _MOST_JOINTS_NO_WORK = 8000
 
 #: Number of joints of plane scenes above which a Coulomb method takes more than a few minutes, so that a

@@ -88,8 +88,8 @@ class Axles(Record):
     width: Effective width of the bridge that carries the axles. The scene carries the fraction ``thickness``
         / ``width`` of each load (default: all). On roads commonly 1.5 m plus the depth of fill, on railways
         0.8 m plus twice the depth below the sleeper (B. Harvey, "Available width, effective width, and
-        transverse distribution", help.obvis.com, 2024, which names CS 454 and British Railways as sources). It is at
-        most the width of the bridge, and less if lanes or tracks lie side by side.
+        transverse distribution", help.obvis.com, 2024, which names CS 454 and British Railways as sources).
+        It is at most the width of the bridge, and less if lanes or tracks lie side by side.
     road: Points of the road's line from left to right. Default: the road of the scene's fills.
     travels: "right", "left" or "both" (the default). A symmetric group is moved in one direction only.
     """

@@ -70,7 +70,7 @@ class Code(StrEnum):
     # the largest multiplier that is known to be too small; ``hangs``, True if no joint supports one of the
     # blocks from below.
     FRICTION_WOULD_HOLD = "friction would hold"
-    # The scene would be stable if no joint could crush. There are no values.
+    # The scene would be stable if no joint could crush. The code has no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
     # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
     # largest divided by smallest dead load of a block.
@@ -85,15 +85,16 @@ class Code(StrEnum):
     SOLVER_STOPPED = "solver stopped"
     # A solver did not reach its tolerance. Value: ``word``, status of the solver.
     STOPPED_SHORT = "stopped short"
-    # Dilatancy of sliding joints locks the blocks in associative flow. There are no values.
+    # Dilatancy of sliding joints locks the blocks in associative flow. The code has no values.
     DILATANCY_LOCKS = "dilatancy locks"
-    # The live load does no positive work in any mechanism, so it cannot cause collapse. There are no values.
+    # The live load does no positive work in any mechanism, so it cannot cause collapse. The code has no
+    # values.
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
     # conditions that exclude each other; ``kinematic_cuts``, the number of sets of yield conditions of which
     # at least one must move.
     NO_COLLAPSE = "no collapse"
-    # Forces within the friction limits carry any multiple of the live load. There are no values.
+    # Forces within the friction limits carry any multiple of the live load. The code has no values.
     CARRIES_ANY = "carries any"
     # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"
@@ -116,7 +117,7 @@ class Code(StrEnum):
     # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
     # loop of linear programs.
     ABOVE_ASSOCIATIVE = "above associative"
-    # The associative answer already satisfies the flow rule, so the loop stops. There are no values.
+    # The associative answer already satisfies the flow rule, so the loop stops. The code has no values.
     FLOW_RULE_IDLE = "flow rule idle"
     # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
     # ``lowest`` and ``highest`` λ of the last sub-problems.
@@ -153,10 +154,10 @@ class Code(StrEnum):
     # number of load steps; ``looped``, True if the loop of linear programs also found no collapse;
     # ``searched``, True if a search found no collapse state.
     UNDECIDED = "undecided"
-    # A load history without an end reaches load factors above λ of the answer. Value: ``carried``, the
+    # In the load history, the live load grows without limit, beyond λ of the answer. Value: ``carried``, the
     # largest load factor of the load history.
     CARRIES_MORE = "carries more"
-    # There is no load history, because the dilatancy falls with stress. There are no values.
+    # There is no load history, because the dilatancy falls with stress. The code has no values.
     DILATANCY_FALLS = "dilatancy falls"
     # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), the number of
     # joints (in space, of contact points).

@@ -36,9 +36,9 @@ _FAR_DISTANCE_RATIO = 10.0
 #: compared with typical values.
 _OTHER_UNITS = 300.0
 
-#: Ratio of a block's weight per area to the median weight per area. If the ratio or its inverse is larger, a
-#: wrong unit is suspected, and both weights per area are compared with typical values. This applies to plane
-#: blocks that are specified by their weight. Smaller ratios can be due to different thicknesses.
+#: Ratio of a block's weight per area to the median weight per area, for plane blocks that are specified by
+#: their weight. If the ratio or its inverse is larger, a wrong unit is suspected, and both weights per area
+#: are compared with typical values. Smaller ratios can be due to different thicknesses.
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads. Above this ratio, a

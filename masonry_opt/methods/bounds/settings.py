@@ -93,9 +93,9 @@ class ProofBudget(Settings):
     #: search may miss states. With a very large value, rounding errors leave more searches undecided.
     load_range: float = 10.0
 
-    #: With option ``search``, periods of search and periods of proof alternate. This is the number of linear
-    #: programs of the first two periods. The number doubles after each period of proof. With a smaller number
-    #: a proof may be found earlier, but more work is repeated.
+    #: Number of linear programs of the first period of search and of the first period of proof. With option
+    #: ``search``, such periods alternate, and the number doubles after each period of proof. With a smaller
+    #: number a proof may be found earlier, but more work is repeated.
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:

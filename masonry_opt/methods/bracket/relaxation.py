@@ -77,8 +77,8 @@ _WORTH_REPEATING = 0.5
 #: Largest number of products in a program. A larger number needs more memory.
 _MOST_PRODUCTS = 400_000
 
-#: If kinematics set no limit of the sum of all rates, a limit is assumed. This is the smallest assumed limit,
-#: in units of the mean velocity of the live load.
+#: Smallest limit of the sum of all rates that is assumed if kinematics set no limit, in units of the mean
+#: velocity of the live load.
 _LEAST_RATES = 100.0
 
 #: If kinematics set no limit of the sum of all rates, this multiple of the sum in the lowest known state is

@@ -317,6 +317,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Convert an answer to an exact state. Its rates and dual variables are unknown and set to zero."""
+    """Convert an answer to an exact state, in which unknown rates and dual variables are zero."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

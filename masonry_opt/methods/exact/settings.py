@@ -17,9 +17,9 @@ class SearchSettings(Settings):
     #: the starts lead to more different states, but more starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: To draw random forces, the slacks of randomly chosen yield conditions are minimised. This is the range
-    #: of the fraction of yield conditions that are chosen. With larger fractions the drawn forces are more
-    #: similar to each other.
+    #: Range of the fraction of yield conditions that are chosen at random to draw random forces: the forces
+    #: minimise the slacks of the chosen conditions. With larger fractions the drawn forces are more similar
+    #: to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: Number of successive starts without a lower state after which the default method ends its search on
@@ -41,8 +41,8 @@ class SearchSettings(Settings):
     starts_in_space: int = zero_or_more(6)
 
     #: Largest number of contact points of a scene in space on which the search uses random starts. On scenes
-    #: with more contact points, random starts would take longer than all other steps. There the search uses a
-    #: single start instead, from the forces of the lowest state.
+    #: with more contact points, random starts would take longer than all other steps, so the search uses a
+    #: single start, from the forces of the lowest state.
     most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints of a plane scene whose linear programs are solved by the simplex method. On

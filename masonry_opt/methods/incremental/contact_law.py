@@ -253,8 +253,8 @@ class StrengthPolygon:
     @cached_property
     def _sides(self) -> "PolygonSides":
         """Sides of the polygon, counter-clockwise."""
-        # Each corner of the polygon is the intersection of two chords, at x = n / (f_c L). There the moment
-        # is L/2 · x (1 - x), so n₁ and n₂ are (x ± x (1 - x)) / 2.
+        # Each corner of the polygon is the intersection of two chords, at x = n / (f_c L). The moment at a
+        # corner is L/2 · x (1 - x), so n₁ and n₂ are (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])

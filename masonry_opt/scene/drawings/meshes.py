@@ -80,7 +80,7 @@ class MeshSolid:
     @property
     def volume(self) -> float:
         """Return the volume of the solid, whose sides must form a closed surface."""
-        # Add up the volumes of the pyramids over all sides. Their common apex is a point of the first side.
+        # Add up the volumes of the pyramids over all sides, whose common apex is a point of the first side.
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
