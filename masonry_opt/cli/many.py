@@ -24,13 +24,11 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. A long example would be cut in a narrow terminal: the help text of the command
-#: has one.
+#: Help of the option --vary. It refers to the help text of the command, which is printed above the options.
 _VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
 #: Help of the option --sample.
 _SAMPLE = (
-    "Instead of --vary: name and distribution of a parameter of CASE, in a form shown above; "
-    "may be repeated."
+    "Instead of --vary: name and distribution of a parameter of CASE, in a form shown above; may be repeated."
 )
 _SOLVERS = "Solvers, separated by commas. Also possible: highs-hipo, and installed solvers of CVXPY (osqp)."
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
