@@ -366,7 +366,7 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     -------
     Result
         Result of the analysis. Its property ``usable`` is True if there is a load factor, or if a scene
-        without live load is stable. The ``stability`` of such a result has its reserves.
+        without live load is stable. The ``stability`` of such a result has its safety margins.
 
     Raises
     ------

@@ -85,10 +85,11 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Two relative differences of the load factor λ in space; both are zero in the plane.
+        """Relative differences of λ between statics and kinematics, and between friction cones and polygons.
 
-        The first is the absolute difference between static and kinematic λ, both with friction cones. The
-        second is positive if λ is lower with friction polygons than with friction cones.
+        Both differences are zero in the plane. In space, the first is the absolute difference between the
+        static and the kinematic λ, both with friction cones. The second is positive if λ is lower with
+        friction polygons than with friction cones.
         """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0

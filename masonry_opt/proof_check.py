@@ -23,7 +23,7 @@ from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Pr
 
 @dataclass(frozen=True)
 class ProofCheck:
-    """Result of the check of a proof: its bound, its faults and the numbers of conflicts.
+    """Result of the check of a proof: the bound of the proof, its faults, and how many conflicts it contains.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class _Checker:
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults in the pairs of sliding senses, the energy bounds and the conflicts."""
+        """Return the faults of the proof: in its pairs of sliding directions, energy bounds and conflicts."""
         faults = [
             f"yield conditions {pair} are not the two senses of sliding of one joint"
             for pair in self._wrong_senses()
@@ -145,7 +145,7 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of yield conditions that are wrong: not the two sliding senses of one joint."""
+        """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
@@ -188,7 +188,7 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why the multipliers d and p do not prove cost·q > least; "" if they prove it.
+        """Return the reason why the multipliers d and p do not prove cost·q > least, or "" if they prove it.
 
         The multipliers have the shapes (3b,) and (faces,).
 
@@ -211,7 +211,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause; "" if it proves the clause.
+        """Return the reason why a kinematic conflict does not prove its clause, or "" if it proves it.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all

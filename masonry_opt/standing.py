@@ -46,10 +46,10 @@ class DeadLoadCheck:
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return a solution that says why the scene is unstable under its dead load; None if it is stable."""
+        """Return a solution with the reason why the scene is unstable, or None if the scene is stable."""
         self.effort.begins("stability under the dead load")
-        # The programs of this check are counted separately, so the result includes its time and solver, but
-        # not their number.
+        # This check counts its programs separately: the result includes the time and the solver of the check,
+        # but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_carried_at_rest(own_effort):
@@ -57,7 +57,7 @@ class DeadLoadCheck:
         return self._decide_by_program(own_effort)[0]
 
     def answer(self) -> Solution:
-        """Return the solution of a scene without live load: stable, with its reserves, or unstable."""
+        """Return the solution of a scene without live load, with safety margins if the scene is stable."""
         self.effort.begins("stability under the dead load")
         own_effort = self.effort.beside()
         is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
@@ -101,7 +101,7 @@ class DeadLoadCheck:
         return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
 
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
-        """Decide by programs if a scene is stable under its dead load.
+        """Decide by optimisation programs if a scene is stable under its dead load.
 
         Return the solution of an unstable scene, or forces, shape (3c + t,), that carry the dead load.
 
@@ -155,7 +155,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return forces of elastic contacts that carry the dead load, shape (3c + t,); None if unknown."""
+        """Return forces of elastic contacts that carry the dead load, shape (3c + t,), or None if unknown."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None

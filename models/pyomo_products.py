@@ -116,11 +116,11 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v already state these rows
+        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v imply these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # A product with a variable needs no row, because the bound of the variable already states the
+        # A product that has a variable needs no row, because the lower bound of the variable implies the
         # condition.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)

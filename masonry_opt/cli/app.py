@@ -23,7 +23,7 @@ _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "repor
 
 #: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
-    "solve": "Find the load factor at which CASE collapses, for each load case or for a named load case.",
+    "solve": "Find the collapse load factor of the scene in CASE, for all load cases or for a selected one.",
     "check": "Compare the static with the kinematic load factor of CASE, and CVXPY with Pyomo.",
     "draw": "Draw the blocks, supports, joints, small gaps and loads of CASE to FILE, without solving CASE.",
     "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "

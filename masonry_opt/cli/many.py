@@ -24,7 +24,8 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. It refers to the help text of the command, which is printed above the options.
+#: Help of the option --vary. It has no example, which a narrow terminal would cut; the help text of the
+#: command has an example.
 _VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
 #: Help of the option --sample.
 _SAMPLE = (

@@ -33,8 +33,8 @@ from masonry_opt.studies.writing import csv_text
 _NOT_IN_PAPER = "bracket"
 _EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
-_TABLE_PREFIX = "table"  #: Prefix of a script's variables that are written as tables.
-_FIGURE = "figure"  #: Prefix of a script's variables that are written as pictures.
+_TABLE_PREFIX = "table"  #: Prefix of a script's variables that are saved as tables.
+_FIGURE = "figure"  #: Prefix of a script's variables that are saved as pictures.
 _PACKAGE = Path(__file__).parents[1]  #: Folder of the package.
 
 
@@ -94,7 +94,7 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files to which a variable of a script is written.
+    """Return the names of the files that store one variable of a script, a table or a figure.
 
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """

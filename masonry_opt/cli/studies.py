@@ -138,7 +138,10 @@ def crossing(
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input."""
+    """Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input.
+
+    Exit code 1 also means that the time limit ended the analysis of a direction.
+    """
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
@@ -150,7 +153,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     else:
         print_result(answer.summary)
     save(answer, plot, drawing)
-    return answer.usable
+    return answer.usable and not answer.time_limit_reached
 
 
 @command(
@@ -227,8 +230,8 @@ def settle(
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
     """Solve all load cases, or only the named load case. If CASE has axles, move them over the road.
 
-    Exit code 0: all load factors were found; 1: a load factor is missing, and the page says why; 2: wrong
-    case file or option; 130: interrupted, and no page was written.
+    Exit code 0: all load factors were found; 1: a load factor is missing or the time limit was reached, and
+    the page says so; 2: wrong case file or option; 130: interrupted, and no page was written.
     """
     page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
     refuse_report(page, **writes)
@@ -253,8 +256,12 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
 
 
 def _is_complete(answer: Any) -> bool:
-    """Return True if an answer is usable. A crossing is usable if any position has a load factor."""
-    return answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
+    """Return True if an answer is usable, and the time limit did not end its analysis.
+
+    A crossing is usable if any position has a load factor.
+    """
+    usable = answer.load_factor is not None if isinstance(answer, mo.Crossing) else answer.usable
+    return usable and not answer.time_limit_reached
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:

@@ -203,7 +203,7 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def _movement(result: Outcome) -> str:
-    """Return a description of the motion that a drawing of a result shows; "" if there is no motion."""
+    """Return a description of the motion that a drawing of a result shows, or "" if there is no motion."""
     if not result.blocks["vx"].notna().all():
         return ""
     if result.load_factor is not None:

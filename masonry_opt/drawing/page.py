@@ -102,7 +102,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
     def fill_template(name: str) -> str:
-        """Return the text of a template with the values filled in; "" if the file does not exist."""
+        """Return the text of a template with the values filled in, or "" if the file does not exist."""
         file = folder.joinpath(name)
         return Template(file.read_text(encoding="utf-8")).substitute(values) if file.is_file() else ""
 
@@ -205,7 +205,7 @@ def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
 
 
 def _curve(result: Outcome) -> str:
-    """Return the HTML picture of the load–displacement curve; "" if the result has no curve."""
+    """Return the HTML picture of the load–displacement curve, or "" if the result has no curve."""
     if result.curve is None or result.curve.empty:
         return ""
     return f'<img class="curve" alt="λ over displacement" src="{curve_picture(result).source("svg")}">\n'

@@ -129,7 +129,7 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
 
 
 def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
-    """Cut the blocks ``cut`` to a box with the corners ``low`` and ``high``, and return all faces.
+    """Clip the blocks listed in ``cut`` to a box from ``low`` to ``high``; return the faces of all blocks.
 
     The result includes the new faces on the sides of the box.
     """

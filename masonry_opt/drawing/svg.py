@@ -93,7 +93,7 @@ def _attributes(values: dict[str, object]) -> str:
 
 
 def group(name: str, elements: Iterable[str], **attributes: object) -> str:
-    """Return an SVG group of elements with common attributes; "" if there are no elements."""
+    """Return an SVG group of elements with common attributes, or "" if there are no elements."""
     inside = "".join(elements)
     return f'<g class="{name}"{_attributes(attributes)}>{inside}</g>' if inside else ""
 

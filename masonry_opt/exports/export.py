@@ -85,7 +85,7 @@ def _global(assembly: Assembly) -> Declared:
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "a limit that follows from kinematics" if bounds.rates_derived else "an assumed limit"
-    forces = "derived from statics" if bounds.forces_derived else "assumed values if statics give no limit"
+    forces = "derived from statics" if bounds.forces_derived else "assumed, unless they follow from statics"
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
     most_rates = np.full(problem.faces, bounds.rates)

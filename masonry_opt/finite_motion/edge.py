@@ -22,9 +22,9 @@ from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, ve
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import same
 
-#: Largest deviation of a mechanism from the rotation of one rigid body about an edge, relative to the speed
-#: of the fastest corner for velocities, and to the size of the scene for lengths. With a larger value, more
-#: mechanisms count as such a rotation.
+#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. Deviations of
+#: velocities are relative to the speed of the fastest corner, and deviations of lengths to the size of the
+#: scene. With a larger value, more mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
 #: If λ grows without bound near an angle, the path ends earlier, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
@@ -183,7 +183,7 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
-        """Return the reason why the path ends before an angle; None if the path reaches this angle.
+        """Return the reason why the path ends before an angle, or None if the path reaches this angle.
 
         The path ends if blocks overlap, or if no admissible forces exist, so that a joint opens or slides.
         """

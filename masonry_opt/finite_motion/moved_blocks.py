@@ -184,7 +184,7 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """Mask of the blocks that are touched on an edge, for each corner of each joint.
+        """Mask with a value for each joint corner and block: True if an edge of the block is touched there.
 
         The shape is (joints, 2 corners, 2 blocks).
 
@@ -237,10 +237,10 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Compute optimal contact forces of displaced blocks; None if the solver fails.
+        """Return the forces of largest λ or, at a given λ, of least violation of equilibrium and yield.
 
         If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
-        equilibrium and yield at this load factor is minimised.
+        equilibrium and yield at this load factor is minimised. The result is None if the solver fails.
         """
         problem = self.problem(touch, poses)
         if load_factor is None:
@@ -266,8 +266,8 @@ class MovedBlocks:
 
     def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Convert velocities d, shape (3b,), to rates of the poses of all blocks, shape (blocks, 3)."""
-        # The velocities d are those of the centroids. A pose is relative to the origin, so the translation of
-        # each block is converted from its centroid to the origin.
+        # The velocities d are velocities of the centroids. A pose is relative to the origin, so the
+        # translation of each block is converted from its centroid to the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
@@ -414,7 +414,7 @@ def control_force(result: Result, live: Forces, block: str | None, point: tuple[
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
         raise OptionError(
-            "the live load has no resultant, so a control point has no direction to move: omit 'block'"
+            "the live load has no resultant, so the direction of the displacement is undefined: omit 'block'"
         )
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:

@@ -290,7 +290,7 @@ class HingingPath:
         return self._event(ahead), ahead
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
-        """Return the event that makes a state inadmissible; None if the state is admissible.
+        """Return the event that makes a state inadmissible, or None if the state is admissible.
 
         Events are tested in this order:
 

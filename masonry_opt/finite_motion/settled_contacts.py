@@ -164,8 +164,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # The rates of a body are those of its largest block. If the body contains a support or a fixed block,
-        # they are the rates of that block.
+        # The rates of a body are the rates of its largest block. If the body contains a support or a fixed
+        # block, the rates of the support or fixed block are used.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -248,7 +248,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how much each of the ``struts`` lengthens, shape (k,), and the derivatives by all poses."""
+        """Return the lengthening of each tie or prop, shape (k,), and its derivatives by the poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)
@@ -266,7 +266,7 @@ class Contacts:
         return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if contacts that should stay closed open, overlap or slip."""
+        """Raise SettlementBlockedError if a contact that should stay closed opens, overlaps or slips."""
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)

@@ -27,8 +27,8 @@ from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Part of error messages that shows how movements of supports are specified.
 _FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
-#: An opened joint of limited strength has the strength of at least this share of its length, because a joint
-#: that had no force may have to carry a force after the settlement.
+#: An opened joint of limited strength keeps at least the strength of this share of its length. A joint
+#: without a force before the settlement may have to carry a force after the settlement.
 _LEAST_DEPTH = 0.01
 #: If the blocks cannot follow a movement, it is halved up to this many times to find a possible movement.
 _MOST_HALVINGS_OF_MOVEMENT = 5
@@ -118,7 +118,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
 
 
 def _falls(problem: Problem) -> bool:
-    """Return True if a scene is unstable under its dead load."""
+    """Return True if a scene is unstable under its dead load; False if it is stable or undecided."""
     try:
         return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
     except DeadLoadUndecided:

@@ -61,7 +61,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
-    """Return the solver's answer, the answer's state with its certificate, and the size of the program.
+    """Return the answer of the solver, the state with its certificate, and the size of the program.
 
     The state is None if the solver returns no point.
     """

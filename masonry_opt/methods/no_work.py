@@ -161,7 +161,7 @@ def _size(load_factor: float, at: float, share: float) -> float:
 
 
 def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
-    """Return the work of the live load divided by that of the dead load, in a motion d of shape (3b,).
+    """Return the ratio of the live load's work to the dead load's work, in a motion d of shape (3b,).
 
     The live load is multiplied by the load factor. The absolute value of the dead load's work is used.
     """

@@ -27,9 +27,9 @@ _MOST_JOINTS_IN_MINUTES = 30_000
 #: warning is issued. The number is an estimate, which no benchmark measures.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
-#: Largest work of the live load that counts as zero, relative to the product of the norms of load and motion.
-#: With a larger value, a search for a collapse without work follows more load histories that end in a range
-#: of λ.
+#: The live load counts as doing no work if its work is at most this value times the product of the norms of
+#: load and motion. With a larger value, the search for a collapse without work of the live load is made for
+#: more scenes.
 NO_WORK = 1e-3
 
 

@@ -46,7 +46,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         """Raise OptionError if the value of a field has a wrong type or fails its check."""
-        settings: Any = type(self)  # Any, because mypy regards the class as not hashable
+        settings: Any = type(self)  # annotated as Any, because mypy regards the class as not hashable
         for name, kind, check in _fields_to_check(settings):
             value = getattr(self, name)
             if not _is_valid(value, kind, check):

@@ -301,7 +301,7 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the pieces of edges on which edge loads act, and the unloaded length of each load's line.
+    """Return the loaded pieces of edges and, for each edge load, the length of its line that has no effect.
 
     A load acts on the edges of movable blocks along its line, within the tolerance, except where joints cover
     the edges. The load has no effect on the rest of its line, whose length is returned.

@@ -86,7 +86,7 @@ class Matrices:
                 numbers.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
                 values.append(entries)
         row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
-        # Remove the entries of fixed blocks, and exact zeros such as those of axis-aligned joints.
+        # Remove the entries of fixed blocks, and exact zeros, which occur at axis-aligned joints.
         stored = (row >= 0) & (value != 0)
         shape = layout.rows * len(movable), FORCE_COMPONENTS * count
         B = sp.csr_array((value[stored], (row[stored], column[stored])), shape=shape)

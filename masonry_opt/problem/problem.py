@@ -336,7 +336,7 @@ class Problem(ProblemParts):
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
     def rates(self, d: np.ndarray, slope: np.ndarray | float) -> np.ndarray:
-        """Return the rates p ≥ 0 of the yield conditions for block velocities d, shape (faces,).
+        """Return the rates p ≥ 0 (plastic multipliers, shape (faces,)) of all yield conditions in a motion d.
 
         The flow rule determines the rates. The slip determines the sliding rates of one sense in the plane,
         and of the two senses next to its direction in space. The opening of each contact, minus the opening

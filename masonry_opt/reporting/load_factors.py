@@ -103,7 +103,7 @@ def why_not_incremental(result: Outcome) -> str:
 
 
 def load_factor_table(result: Outcome) -> str:
-    """Return the table of load factors as lines of text with a heading; "" if no load factor is known."""
+    """Return the table of load factors as lines of text with a heading, or "" if no load factor is known."""
     lines = load_factor_lines(result)
     if not lines:
         return ""
@@ -158,7 +158,7 @@ def meaning(names: Iterable[str]) -> str:
 
 
 def certainty(result: Outcome) -> str:
-    """Return text that states how certain the load factor of the method is; "" if there is no load factor."""
+    """Return a text on the certainty of the method's load factor, or "" if there is no load factor."""
     return "" if result.load_factor is None else _own_line(result).remark
 
 
@@ -272,7 +272,7 @@ def _state(result: Outcome) -> str:
 
 
 def _starts(result: Outcome) -> str:
-    """Return the number of starts and of different exact states as text; "" if unknown.
+    """Return the number of starts and of different exact states as text, or "" if unknown.
 
     The text continues a phrase and begins with a comma.
     """

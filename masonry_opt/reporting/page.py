@@ -39,7 +39,7 @@ def headline(result: Outcome) -> str:
 
 
 def load_factor_rows(result: Outcome) -> str:
-    """Return the table of load factors as HTML; "" if no load factor is known."""
+    """Return the table of load factors as HTML, or "" if no load factor is known."""
     rows = "".join(
         f'<tr><th scope="row">{line.name}</th><td class="number">{value_text(result, line)}</td>'
         f"<td>{text(line.remark)}</td></tr>\n"
@@ -96,13 +96,13 @@ def _of_forces(stability: Stability) -> str:
 
 
 def described(result: Outcome) -> str:
-    """Return an HTML list of the motions that are not modelled; "" if all motions are modelled."""
+    """Return an HTML list of the motions that are not modelled, or "" if all motions are modelled."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
-    """Return a text that names the joints that begin to slide or to open; "" if there are no such joints.
+    """Return a text that names the joints that begin to slide or to open, or "" if no joint does.
 
     ``slide`` and ``part`` list the joints that slide and that open, each as the names of its two blocks.
     """

@@ -124,7 +124,7 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause with the largest slip of joints that slide, and the threshold; "" in space."""
+    """Return a clause with the largest slip of sliding joints and the threshold, or "" in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
@@ -227,7 +227,7 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return text such as " with 2 jumps" on a load history; "" if the load history has no jumps."""
+    """Return text such as " with 2 jumps" on a load history, or "" if the load history has no jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
@@ -300,7 +300,7 @@ def _bracket(v: dict[str, Any]) -> str:
 def _imposed(v: dict[str, Any]) -> str:
     """Return a text about the limits of rates and of forces that method "global" assumes."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
-    limits += ["normal forces up to ten times all loads"] if v["forces"] else []
+    limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
 
@@ -465,7 +465,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
     Code.LOCKS: "the mechanism locks: from here on no finite motion is possible",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
-    Code.STILL_CARRIES: lambda v: f"λ has not decreased to zero after {counted(v['steps'], 'state')}",
+    Code.STILL_CARRIES: lambda v: (
+        f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
+    ),
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
     **INPUT_SENTENCES,
 }

@@ -1,4 +1,4 @@
-"""Write the reserves of a stable scene without live load: one text for each label."""
+"""Write the safety margins of a stable scene without live load: one text for each label."""
 
 from masonry_opt.reporting.names import pairs
 from masonry_opt.reporting.sentences import numeral
@@ -9,8 +9,8 @@ from masonry_opt.solution.stability import Stability
 #: First line of the answer if a scene without live load is stable.
 STABLE = "stable under its dead load"
 
-#: Accuracy of the bisections for the reserves. A friction factor or joint margin this close to 0, or a
-#: geometric margin this close to 1, is described in words instead of a number.
+#: Accuracy of the bisections that compute the safety margins. A friction factor or joint margin this close to
+#: 0, or a geometric margin this close to 1, is described in words instead of a number.
 _NEGLIGIBLE_RESERVE = 2e-4
 
 
@@ -28,7 +28,7 @@ def answer_line(result: Outcome) -> str:
 
 
 def reserves(result: Outcome) -> dict[str, str]:
-    """Return the reserves of a stable scene, one text for each label; empty for any other result."""
+    """Return texts on the safety margins of a stable scene, by label; empty for any other result."""
     stability = result.stability
     if stability is None:
         return {}
@@ -40,7 +40,7 @@ def reserves(result: Outcome) -> dict[str, str]:
 
 
 def _least_friction(stability: Stability, friction: list[float]) -> str:
-    """Return a text about the least friction with which a scene is stable; "" if this friction is unknown."""
+    """Return a text about the least friction with which a scene is stable, or "" if it is unknown."""
     factor = stability.least_friction_factor
     if factor is None:
         return ""
@@ -69,7 +69,7 @@ def _thrust(stability: Stability) -> str:
 
 
 def _worst_joint(stability: Stability) -> str:
-    """Return a text about the joint whose resultant is nearest to the edge; "" without such a joint."""
+    """Return a text about the joint whose resultant is nearest to an edge, or "" if no joint is known."""
     worst = stability.worst_joint
     if worst is None:
         return ""

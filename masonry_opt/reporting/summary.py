@@ -319,7 +319,7 @@ def log_sentences(result: Outcome) -> Iterator[str]:
 
 
 def _alignment(result: Outcome) -> str:
-    """Return a text about the largest changes that the alignment of joints made; "" without changes."""
+    """Return a text about the largest changes that the alignment of joints made, or "" without changes."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     return (
@@ -329,7 +329,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text; "" if no bound other than the answer is known."""
+    """Return the bounds of the least load factor as text, or "" if only the answer is known."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:

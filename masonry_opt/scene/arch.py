@@ -162,9 +162,9 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of each end joint, and the sign of the rotation that leaves the arch there.
+        """Return the direction of each end joint, and the sense of rotation that leads out of the arch.
 
-        The sign is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
+        The sense is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)

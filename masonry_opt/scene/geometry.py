@@ -377,7 +377,7 @@ class Profile:
 
     x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
     y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN without an edge
-    line: np.ndarray  #: heights of the line at the ends, shape (pieces, 2)
+    line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
     edge: np.ndarray  #: index of the edge, shape (pieces,); -1 without an edge
     block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge
 

@@ -279,7 +279,7 @@ class Scene(SceneKeys):
         return [block for block in self.blocks if isinstance(block, Block)]
 
     def in_space(self) -> list[Solid]:
-        """Return the blocks of a scene in space.
+        """Return the blocks of a three-dimensional scene, which are solids.
 
         Raises OptionError for a plane scene.
         """

@@ -172,7 +172,7 @@ def _is_solid(value: Any) -> bool:
 
 
 def _numbers(value: Any) -> int:
-    """Return the number of coordinates of the first point in a vector, list of points or nested list."""
+    """Return the number of coordinates of a point, or of the first point in nested lists of points."""
     entries = _entries(value)
     for _ in range(2):
         nested = _entries(entries[0]) if entries else ()

@@ -140,8 +140,8 @@ class Facade(WeighedGenerator):
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
             yield (
-                "a storey must have an even number of courses: "
-                "'sill', the height of 'opening' and 'spandrel' must add up to an odd number"
+                "'sill', the height of 'opening' and 'spandrel' must add up to an odd number: "
+                "with the lintel, a storey must have an even number of courses"
             )
         for door in self.doors:
             if door > self.openings[0]:

@@ -16,8 +16,8 @@ class Kind(StrEnum):
     #: of the last sub-problem, with errors of yield and flow that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions by up to half of the largest force on a block. Violations are limited only
-    #: by the residual of each joint.
+    #: violate the yield conditions. Each violation is limited only by the residual of its joint: it is at
+    #: most the largest force on the less loaded of the joint's two blocks.
     BARE_LOOP = "bare loop"
     #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
     #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.

@@ -293,7 +293,7 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the residual of a proof that the live load does no positive work while given faces do not move.
+    """Return the residual of a proof that the live load does no positive work unless a given face moves.
 
     The given faces (yield conditions) are those for which ``still``, shape (faces,), is True. A residual of
     zero proves that f_L·d ≤ 0 in every mechanism in which none of these faces moves. The residual is the

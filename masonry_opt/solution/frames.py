@@ -71,7 +71,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """Return a table with the forces and rates of each contact point in space; None in the plane.
+    """Return a table with the forces and rates of each contact point in space, or None in the plane.
 
     Unknown forces and rates are NaN.
     """

@@ -58,8 +58,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
-    # Rotation does not change the opening of a joint without extent, such as a corner on an edge. Its
-    # rotation times the unit of length is used instead.
+    # A joint without extent, such as a corner on an edge, does not open when it rotates. For such a joint,
+    # the rotation times the unit of length replaces the opening.
     turned = relative_rotation(assembly, solution.d)
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)

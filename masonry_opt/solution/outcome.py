@@ -69,8 +69,8 @@ class Outcome:
     usable: True if there is a load factor, or if a scene without live load is stable.
     time_limit_reached: True if the time limit ended the analysis. The load factor, if any, is the lowest that
         was found by then.
-    stability: reserves of a stable scene without live load, see :class:`~.solution.stability.Stability`. None
-        if a live load acts, or if the scene is unstable.
+    stability: safety margins of a stable scene without live load, see
+        :class:`~.solution.stability.Stability`. None if a live load acts, or if the scene is unstable.
     kind: kind of answer, which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
@@ -145,7 +145,7 @@ class Outcome:
 
     @property
     def stability(self) -> Stability | None:
-        """Reserves of a stable scene without live load; None for other scenes."""
+        """Safety margins of a scene that has no live load and is stable; None for all other scenes."""
         return self.solution.stability
 
     @property

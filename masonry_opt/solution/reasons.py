@@ -221,12 +221,12 @@ class Code(StrEnum):
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
     # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
-    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``slip``, in the plane
-    # the largest slip of a joint divided by the speed of the fastest corner; ``turning``, in space the load
-    # factor at which the rotating body alone would collapse.
+    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; only in the plane
+    # ``slip``, the largest slip of a joint divided by the speed of the fastest corner; only in space
+    # ``turning``, the load factor at which the rotating body alone would collapse.
     NOT_HINGING = "not hinging"
-    # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each such joint;
-    # ``slip``, in the plane the largest slip of a joint divided by the speed of the fastest corner.
+    # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each sliding joint;
+    # only in the plane ``slip``, the largest slip of a joint divided by the speed of the fastest corner.
     JOINTS_SLIDE = "joints slide"
     # Two blocks without a joint between them touch in the finite motion. Value: ``blocks``, the names of the
     # two blocks.

@@ -30,9 +30,10 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 #: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. N and
-#: kN differ by a factor of 1000, stone and timber by a factor of 5. A larger value would miss the factor of
-#: 1000 if the materials differ too. Below this ratio, unit weights are compared with typical values.
+#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. The
+#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. It is well below 1000,
+#: because different materials may reduce that ratio. Unit weights with a smaller ratio are compared with
+#: typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area. If the ratio or its inverse is larger, a
@@ -41,16 +42,17 @@ _OTHER_UNITS = 300.0
 _OTHER_THICKNESS = 50.0
 
 #: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads. Above this ratio, a
-#: warning says that their units probably differ. With a larger value, there is no warning for a strength in N
-#: in a large scene with weights in kN.
+#: warning says that their units probably differ. A larger value would miss a strength in N in a large scene
+#: with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
 #: Ratio of the median block weight to the strength of a tie or prop. Above this ratio, a warning says that
 #: the strength is too small to have an effect.
 _WEIGHT_TO_STRENGTH = 100.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop. Above this ratio, a warning says that
-#: the strength is too small to have an effect, if it is also smaller than a fifth of the median block weight.
+#: Ratio of the sum of all dead loads to the strength of a tie or prop. If the ratio is larger, and the
+#: strength is smaller than a fifth of the median block weight, a warning says that the strength is too small
+#: to have an effect.
 _SUM_TO_STRENGTH = 1000.0
 
 #: Ratio of a block's weight to a dead force on the block. Above this ratio, a warning says that the force is

@@ -70,7 +70,7 @@ class Solution:
     peak: float | None = None
     #: Proof that no load factor exists, or the result of an undecided attempt; None without an attempt.
     infeasibility: InfeasibilityCertificate | None = None
-    #: Reserves of a stable scene without live load; None for other scenes.
+    #: Safety margins of a scene that has no live load and is stable; None for all other scenes.
     stability: Stability | None = None
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve

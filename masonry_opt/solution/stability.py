@@ -1,4 +1,4 @@
-"""Reserves of a stable scene without live load, and the positions of the resultants in its joints."""
+"""Safety margins of a stable scene without live load, and the positions of resultants in its joints."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -37,7 +37,7 @@ class WorstJoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Stability:
-    """Reserves of a scene that is stable under its dead load alone.
+    """Safety margins of a scene that is stable under its dead load alone: of its friction and its geometry.
 
     Attributes
     ----------

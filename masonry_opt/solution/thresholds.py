@@ -18,8 +18,8 @@ SLIDES = MOVES
 #: hinges.
 HINGES = MOVES
 
-#: Smallest opening along a joint, relative to the speed of the fastest corner, above which the joint
-#: separates.
+#: A joint separates if it opens at all of its contact points, faster than this share of the speed of the
+#: fastest corner.
 SEPARATES = MOVES
 
 #: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited

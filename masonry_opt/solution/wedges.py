@@ -14,17 +14,17 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
 
 #: Angle, in radians, below which two joints count as nearly parallel. With a larger value, warnings would
-#: name the joints of fine arches: in a ring of 200 voussoirs the angle is 0.016. With a smaller value, rough
-#: drawings would cause no warning.
+#: name the joints of fine arches: in a ring of 200 voussoirs the angle is 0.016. A smaller value would miss
+#: the errors of rough drawings.
 _NEARLY_PARALLEL_ANGLE = 0.01
 
-#: Angle, in radians, below which two joints count as exactly parallel. With a larger value, slight wedges
-#: cause no warning.
+#: Angle, in radians, below which two joints count as exactly parallel. A larger value would miss slight
+#: wedges.
 _PARALLEL_ANGLE = 1e-9
 
 #: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. With a larger value, there is no warning if a large
-#: tolerance makes real wedges parallel. A smaller value causes more warnings.
+#: millimetre per metre, the accuracy of cut stones. A larger value may hide that a large tolerance has made
+#: the faces of a real wedge parallel. A smaller value causes more warnings.
 _NAMED_TURN = 1e-3
 
 #: Share of the friction limit above which a joint counts as about to slide. With a smaller value, warnings

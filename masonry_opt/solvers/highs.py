@@ -291,7 +291,7 @@ class HighsSession:
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
     def dual_ray(self) -> np.ndarray | None:
-        """Return a dual ray, which proves the last program infeasible; None if HiGHS has no ray.
+        """Return a dual ray, which proves the last program infeasible, or None if HiGHS has no ray.
 
         The ray has shape (rows,).
 

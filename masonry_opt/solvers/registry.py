@@ -35,7 +35,7 @@ class SolverEntry:
     """
 
     name: str
-    language: str  #: one of ``MODELS``
+    language: str  #: modelling language "cvxpy" or "pyomo", or "matrices" for a solver without one
     engine: str  #: name of the solver within the modelling language
     #: Function that converts a tolerance to the options of the solver; None if the solver has fixed
     #: tolerances.

@@ -23,7 +23,7 @@ def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
 
 
 def with_pressure_removed(problem: Problem) -> Problem:
-    """Return a problem whose live load, at λ = 1, takes one unit of normal force from every joint.
+    """Return a problem whose live load, at λ = 1, reduces the normal force of every joint by one unit.
 
     The live load is B e, where e is 1 for every normal force and 0 for shears. The associative load factor of
     this problem is the margin of stability: the largest amount by which the normal forces of all joints can

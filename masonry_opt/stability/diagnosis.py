@@ -29,7 +29,8 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-DIAGNOSIS = "diagnosis"  #: Key in a result's ``solvers`` for programs that explain why a scene is unstable.
+#: Key in a result's ``solvers`` for the optimisation programs that find out why there is no load factor.
+DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
 #: needed, the question remains undecided. Small random scenes need at most 5 programs, or 14 if no cone
@@ -97,7 +98,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return velocities with which blocks fall under the dead load, shape (3b,); None if the scene is stable.
+    """Return velocities of a fall under the dead load, shape (3b,), or None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -243,7 +244,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces that carry the live load alone, shape (3c,); None if there are no such forces.
+    """Return joint forces that carry the live load alone, shape (3c,), or None if there are no such forces.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -267,7 +268,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion that the dead load drives, shape (3b,); None if joint forces carry the dead load.
+    """Return a motion that the dead load drives, shape (3b,), or None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """
@@ -405,7 +406,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return those of the given movable blocks that no chain of joints supports from below.
+    """Return the movable blocks among ``blocks`` that no chain of joints supports from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.

@@ -57,7 +57,8 @@ _MOVING_RATE = 1e-9
 #: larger value, cuts contain fewer faces, but their residuals may be too large.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts that select the next face for branching, which is the face in most of these cuts.
+#: The search branches on the face that occurs most often in the latest cuts. This value is the number of cuts
+#: that count as the latest.
 _OF_LATE = 200
 
 #: Value of a face in a choice of moving faces: it is not yet decided if the face moves.
@@ -129,7 +130,7 @@ class Cuts:
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the next face on which to branch; None if no Coulomb state has the moving faces of a choice.
+        """Return the next face on which to branch, or None if no Coulomb state agrees with the choice.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -175,7 +176,7 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates of a mechanism with few moving faces, shape (faces,); None if there is none.
+        """Return the rates of a mechanism with few moving faces, shape (faces,), or None if there is none.
 
         Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
         """
@@ -200,7 +201,7 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Find faces among ``still`` of which one moves in every mechanism, and add them as a cut."""
+        """Find faces among ``still`` of which at least one moves in every mechanism; add them as a cut."""
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):

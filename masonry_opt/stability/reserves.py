@@ -1,6 +1,6 @@
-"""Compute the reserves of a stable scene: how much friction, and how much of its joints, it can lose.
+"""Compute the safety margins of a stable scene: how much friction, and how much of its joints, it can lose.
 
-Both reserves are computed by bisection. In each step forces or a mechanism are verified from the matrices
+Both margins are computed by bisection. In each step forces or a mechanism are verified from the matrices
 alone, see :mod:`~masonry_opt.stability.diagnosis`.
 """
 

@@ -326,7 +326,7 @@ def _run(task: Task) -> TaskEnd:
 
 
 def _peak() -> float:
-    """Return the largest resident memory of this process in MB; 0 if the system does not report it."""
+    """Return the largest resident memory of this process in MB, or 0 if the system does not report it."""
     # A forked process inherits ru_maxrss from its parent, so the peak is read from /proc instead.
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text().splitlines()

@@ -20,7 +20,7 @@ class StudyCode(StrEnum):
     RUNS_UNDECIDED = "runs undecided"
     #: The load factor decreases as a friction, cohesion or strength increases. The record has the name of
     #: this ``parameter``. For a sweep it also has the two ``values`` and ``load_factors`` at the largest
-    #: decrease of λ, and the values of the other numbers, ``fixed``. For a sample it also has the
+    #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
     #: The scene is also stable, or carries the load, at ``values`` beyond the threshold.

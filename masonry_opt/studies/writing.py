@@ -102,7 +102,7 @@ class Journal:
         self._rows[str(line["key"])] = {**line["row"]}
 
     def find(self, key: str) -> dict[str, Any] | None:
-        """Return the row of a run by its key; None if the run is not in the journal."""
+        """Return the row of a run by its key, or None if the run is not in the journal."""
         return self._rows.get(key)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:

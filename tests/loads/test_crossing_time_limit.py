@@ -233,3 +233,12 @@ def test_the_command_prints_the_answer_and_ends_with_exit_code_1(slow_positions,
     answer = command.json(*arguments, code=1)
     assert answer["time_limit_reached"] is True
     assert answer["load_factor"] >= 4.0 - 1e-6
+
+
+def test_a_report_of_a_stopped_crossing_ends_with_exit_code_1(slow_positions, command, tmp_path):
+    """The page is written with the worst position so far."""
+    mo.save(LOADED, tmp_path / "overhang.toml")
+    limited = "report", tmp_path / "overhang.toml", "--method", "static", "--time-limit", "100"
+    page = tmp_path / "page.html"
+    command(*limited, "--out", page, code=1)
+    assert "λ may be less at positions that were not solved" in page.read_text("utf-8")

@@ -211,9 +211,11 @@ def test_a_number_is_not_swept_by_two_names():
     scene = tied(0.9, strength=0.1)
     scene = scene.replace(ties=[scene.ties[0].replace(name="rod")])
     both = {"tie.strength": [0.05], "tie.rod.strength": [0.1]}
-    with pytest.raises(mo.OptionError, match=r"'tie\.strength' and 'tie\.rod\.strength' are the same number"):
+    with pytest.raises(
+        mo.OptionError, match=r"'tie\.strength' and 'tie\.rod\.strength' are the same parameter"
+    ):
         mo.sweep(scene, both, method="static", workers=1)
-    with pytest.raises(mo.OptionError, match=r"no number is called 'tie\.bar\.strength'"):
+    with pytest.raises(mo.OptionError, match=r"no parameter is called 'tie\.bar\.strength'"):
         mo.sweep(scene, {"tie.bar.strength": [0.1]}, method="static", workers=1)
 
 

@@ -73,9 +73,9 @@ def test_short_names_are_those_of_a_single_entry():
     one = Parameters(ONE)
     for name in ("tie.strength", "prop.strength", "fill.mobilised", "axles.loads.1", "axles.uniform.load"):
         one.check_names({name: 1.0})
-        with pytest.raises(mo.OptionError, match="no number is called"):
+        with pytest.raises(mo.OptionError, match="no parameter is called"):
             Parameters(TWO).check_names({name: 1.0})
-    with pytest.raises(mo.OptionError, match="are the same number"):
+    with pytest.raises(mo.OptionError, match="are the same parameter"):
         one.check_names({"tie.strength": 1.0, "tie.rod.strength": 1.0})
     Parameters(scene(ties=[tie()])).check_names({"tie.A/C.strength": 1.0})
     Parameters(scene(ties=[tie(), tie("x", 0.7)])).check_names({"tie.A/C.strength": 1.0})
@@ -92,5 +92,5 @@ def test_short_names_are_those_of_a_single_entry():
     ],
 )
 def test_a_misspelt_name_has_a_suggestion(name, near):
-    with pytest.raises(mo.OptionError, match=f"no number is called '{name}'; did you mean '{near}'"):
+    with pytest.raises(mo.OptionError, match=f"no parameter is called '{name}'; did you mean '{near}'"):
         Parameters(ONE).check_names({name: 1.0})

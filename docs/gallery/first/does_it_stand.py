@@ -41,9 +41,9 @@ print(result.message)
 result.plot()
 
 # %%
-# A stable scene has reserves. The worst joint is the joint whose resultant is nearest to its edge: here the
-# joint above brick 1. By hand, its resultant acts two shifts from the centre of brick 1, and therefore
-# 1/2 − 2 · 0.2 from the edge. Equilibrium alone fixes the forces of a stack, so that no other forces are
+# A stable scene has margins of safety. The worst joint is the joint whose resultant is nearest to its edge:
+# here the joint above brick 1. By hand, its resultant acts two shifts from the centre of brick 1, and
+# therefore 1/2 − 2 · 0.2 from the edge. Equilibrium alone fixes the forces of a stack, so no other forces are
 # possible.
 stable = mo.solve(stairs(0.2))
 worst = stable.stability.worst_joint

@@ -60,7 +60,7 @@ def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Refutation:
-    """Row multipliers that prove a linear program infeasible, and the yield conditions in the contradiction.
+    """Row multipliers that prove a linear program infeasible, and the yield conditions that they involve.
 
     ``blamed`` are the conditions that contradict each other according to the multipliers.
     """
@@ -95,7 +95,7 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Fix the marked conditions (faces,): at yield in statics, at rest in kinematics.
+        """Fix the conditions that a mask of shape (faces,) marks: at yield in statics, at rest in kinematics.
 
         All other conditions are released.
         """
@@ -126,7 +126,7 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Fix the marked conditions (faces,), and return a refutation if the program becomes infeasible.
+        """Fix the conditions that a mask marks, and return a refutation if the program becomes infeasible.
 
         Return None if the program is feasible. Raise Undecided if HiGHS does not decide.
         """
@@ -165,7 +165,7 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least λ for which all marked conditions (faces,) can be at yield, with its forces.
+        """Return the least λ, with its forces, at which all conditions that a mask marks can be at yield.
 
         Load factor and forces are in scaled units. Return None if HiGHS finds no optimum.
         """
@@ -264,7 +264,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Correct velocities d and rates p by the least change that removes a residual of shape (3c + t,)."""
+    """Correct velocities d and rates p by the least change that removes a residual of the flow rule."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
@@ -354,7 +354,7 @@ def _balancing(
 
 
 def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
-    """Return the linear program of mechanisms that a load factor can drive, built from the matrices.
+    """Build, from the matrices, the linear program of the mechanisms that a load factor can drive.
 
     CVXPY declares it as :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`. The columns are "p" and
     "d". The row "energy" is the energy balance, whose upper bound is set later.

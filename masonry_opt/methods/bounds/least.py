@@ -15,7 +15,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return why no proof is possible for a problem. The text is empty if a proof is possible."""
+    """Return the reason why no proof is possible for a problem, or "" if a proof is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
@@ -104,7 +104,7 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
 
 
 def _without_range(start: float | None) -> str:
-    """Return why no search below a load factor is possible. The text is empty if a search is possible."""
+    """Return the reason why no search below a load factor is possible, or "" if a search is possible."""
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
     if start <= ZERO:

@@ -271,15 +271,17 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def _descended(self) -> bool:
         """Look for a lower exact state near the last mechanism. If it exists, store it and return True.
 
-        Raise Undecided if only blocks without load move in the state. The state is then no answer, and it
-        prevents a proof.
+        Raise Undecided if the net load of all blocks that move in the state is zero. The state is then no
+        answer, and it prevents a proof.
         """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
         if lowest is None:
             return False
         if not is_meaningful(analysis_of(self._task), lowest.load_factor, lowest.d):
-            raise Undecided("a state with a lower load factor exists in which only blocks without load move")
+            raise Undecided(
+                "a lower state exists, but it is no answer, because its moving blocks have no net load"
+            )
         self.best = lowest
         self.lower_to(lowest.load_factor)
         return True

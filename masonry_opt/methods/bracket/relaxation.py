@@ -283,7 +283,7 @@ def relaxed(
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # The limit of an angular velocity is that of a velocity, divided by a usual joint length of 2.
+    # The limit of an angular velocity is the limit of a velocity, divided by a usual joint length of 2.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]

@@ -78,7 +78,9 @@ class CoulombOptions(Options):
     @model_validator(mode="after")
     def _ends_a_search(self) -> "CoulombOptions":
         if self.until is not None and self.search is None:
-            raise ValueError("'until' ends a search early: also set option 'search', its time in seconds")
+            raise ValueError(
+                "'until' only ends a search early: also set option 'search', its time limit in seconds"
+            )
         return self
 
     @field_validator("start", mode="before")

@@ -257,6 +257,6 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the exact one of two answers. If both or neither are exact, return the lower answer."""
+    """Return the exact answer of two answers, or the lower answer if both or neither are exact."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

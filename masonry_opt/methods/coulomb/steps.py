@@ -76,8 +76,8 @@ class Incremental:
 class ExactFrom:
     """Step that looks for an exact state near incremental or associative forces.
 
-    Incremental forces are those at the end of the load history. Forces of associative flow are used if the
-    load history leads to no exact state, for example if joints hardly slide.
+    Incremental forces are the forces at the end of the load history. Forces of associative flow are used if
+    the load history leads to no exact state, for example if joints hardly slide.
     """
 
     start: Literal["incremental", "associative"]
@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
+        """Return True if incremental forces are known; for an associative start, if no state is known yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -125,7 +125,7 @@ class FurtherStarts:
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted and possible, and the scene is small or in space."""
+        """Return True if lower states are searched for and possible, and the scene is small or in space."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -159,7 +159,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are wanted and the scene has the budget of this step."""
+        """Return True if lower states are searched for, and the scene has the same budget as this step."""
         if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False
         return self.full_budget == run.budget.is_full_for(run.problem)
@@ -257,7 +257,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the solution of cases 2 to 4 of :meth:`Loop.run`, or None if none of them applies."""
+    """Return the solution of cases 2 to 4 of :meth:`Loop.run`, or None if no case applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

@@ -34,7 +34,8 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-_REFINEMENT_PURPOSE = "refinement"  #: Key in a result's ``solvers`` for programs (a) and (b).
+#: Key in a result's ``solvers`` for the two linear programs that compute an exact state.
+_REFINEMENT_PURPOSE = "refinement"
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class StateFinder(ABC):
 
 
 class Refiner(StateFinder):
-    """State finder that solves the linear programs (a) and (b) of this module, with warm starts."""
+    """State finder that solves a linear program of a mechanism and one of forces, with warm starts."""
 
     undecided: int
 
@@ -215,7 +216,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that programs (a) and (b) find from forces q (3c,), or None if they find no state.
+        """Return the state that the two linear programs find from forces q (3c,), or None if they find none.
 
         If no forces bring all moving faces to yield, the next attempt starts from the forces that are nearest
         to yield, which have the least z·p.

@@ -52,7 +52,7 @@ class StateRecord:
 
     @property
     def _has_state_below(self) -> bool:
-        """True if the lowest λ is zero or less, and is lower than all reported load factors."""
+        """True if a state with λ ≤ 0 was found whose load factor is lower than all reported load factors."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property
@@ -249,7 +249,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the state with the lower load factor of two states, each of which may be None.
+    """Return the state with the lower load factor; either of the two states may be None.
 
     - If the load factors are equal, an exact state is preferred, or else the first state.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which

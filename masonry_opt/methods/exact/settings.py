@@ -94,9 +94,9 @@ class SearchSettings(Settings):
         (*5 * [1e4], *2 * [1e5, 1e6]),
     )
 
-    #: Tolerances of the interior-point solver in space. If the solver does not reach a tolerance, the next
-    #: one is tried. In the plane only the first tolerance is used. With larger tolerances yield conditions
-    #: are violated more: by 3e-8 on façades if the tolerance is 1e-10.
+    #: Tolerances of the interior-point solver for scenes in space. If the solver does not reach a tolerance,
+    #: the next tolerance is tried. For scenes in the plane only the first tolerance is used, because larger
+    #: tolerances permit larger violations of yield conditions: on façades, 3e-8 at a tolerance of 1e-10.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
     #: Largest energy z·p, relative to λ, of a state that the alternation may return. With a larger limit

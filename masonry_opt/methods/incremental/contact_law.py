@@ -183,7 +183,7 @@ class ContactLaw:
     def _add_slip_tangent(
         self, tangent: np.ndarray, direction: np.ndarray, ratio: np.ndarray, slides: np.ndarray
     ) -> None:
-        """Add the derivatives of the shear forces to a tangent that contains those of the normal forces."""
+        """Add the derivatives of shear forces to a tangent that contains the derivatives of normal forces."""
         normal, shear = slice(self.points), slice(self.points, 3)
         pressed = tangent[normal, normal].sum(axis=0)
         limit_rate = slides * self.friction * pressed

@@ -209,7 +209,7 @@ class Run:
         return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """Return the solution with exact forces near the last sub-problem, or None if none are found.
+        """Return the solution with exact forces close to the last sub-problem's forces, or None without them.
 
         None is also returned if the option ``finish`` is off.
         """

@@ -16,7 +16,7 @@ from masonry_opt.solvers.registry import Solved, Verdict
 #: Largest number of increases of the trial cohesion, if the first sub-problem is infeasible.
 _MOST_RAISES = 8
 
-#: Factor of each increase of the trial cohesion.
+#: Factor by which the trial cohesion is multiplied at each increase.
 _RAISE_FACTOR = 4
 
 #: Limit of the normal force that scales the small cohesion of a joint, relative to the largest force on the

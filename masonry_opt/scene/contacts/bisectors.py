@@ -28,10 +28,10 @@ class Sectors(NamedTuple):
 
 
 def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of the points with contacts, and the normal of each contact, shape (contacts,).
+    """Return the indices of the points with contacts, and the angle of each contact's normal, in radians.
 
-    The normals are angles in radians and point into the sectors ``one``. A point has no contact if the
-    sectors overlap, or if two of their sides lie in one line.
+    Both arrays have the shape (contacts,). The normals point into the sectors ``one``. A point has no contact
+    if the sectors overlap, or if two of their sides lie in one line.
     """
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)

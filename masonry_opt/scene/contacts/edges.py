@@ -35,9 +35,9 @@ class FacingEdges(sides.Facing):
     A shared segment is the part of the bisector of two edges onto which both edges project.
     """
 
-    #: Start of each shared segment, in the direction of the first block's edge, shape (facing, 2).
+    #: Start of each shared segment, in the direction of the first block's edge, shape (n, 2).
     start: np.ndarray
-    end: np.ndarray  #: end of each shared segment, shape (facing, 2)
+    end: np.ndarray  #: end of each shared segment, shape (n, 2)
 
     @classmethod
     def between(
@@ -100,14 +100,14 @@ class FacingEdges(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the points at a quarter, a half and three quarters of each segment, shape (facing, 3, 2)."""
+        """Return the points at a quarter, a half and three quarters of each segment, shape (n, 3, 2)."""
         share = np.array([0.25, 0.5, 0.75])[:, None]
         points: np.ndarray = self.start[:, None] + share * (self.end - self.start)[:, None]
         return points
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the length of each segment, shape (facing,)."""
+        """Return the length of each segment, shape (n,)."""
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -42,11 +42,11 @@ class FacingFaces(sides.Facing):
     #: Bisecting planes of the two faces. The normal of a plane points out of the first block. The first axis
     #: of a plane is as parallel as possible to the first axis of the first block's face.
     frame: Frames
-    polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (facing,)
+    polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (n,)
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the centroid of each polygon and two points halfway to its corners, shape (facing, 3, 3)."""
+        """Return the centroid of each polygon and two points halfway to its corners, shape (n, 3, 3)."""
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
         points = [self.middle]
@@ -57,7 +57,7 @@ class FacingFaces(sides.Facing):
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the mean breadth of each polygon, twice its area over its perimeter, shape (facing,)."""
+        """Return the mean breadth of each polygon, twice its area over its perimeter, shape (n,)."""
         return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -83,10 +83,11 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def joining_tolerance(apart: Facing) -> float:
-    """Return the tolerance at which all given sides touch and become parallel, or 0 if there are none.
+    """Return the least tolerance that closes all given gaps and makes their sides parallel, or 0.
 
-    If the angle between two sides is small enough to be removed by the alignment, one of their corners is
-    assumed to be inexact. The tolerance is then at least a multiple of the error of this corner.
+    The result is 0 if there are no gaps. If the angle between two sides is small enough to be removed by the
+    alignment, one of their corners is assumed to be inexact. The tolerance is then at least a multiple of the
+    error of this corner.
     """
     error = np.where(apart.angle <= DEFAULT_SETTINGS.most_turn, apart.angle * apart.shorter, 0.0)
     return float(np.maximum(apart.most, TOLERANCE_OVER_ERROR * error).max(initial=0.0))

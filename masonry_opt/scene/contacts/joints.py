@@ -97,8 +97,8 @@ class Joints:
     #: space the segments are the sides of polygons.
     facing: np.ndarray
     #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint, such as
-    #: corner on corner. A pair is left out if both blocks have joints at this point, or if the pair has a
-    #: small gap or a lost joint.
+    #: corner on corner. A pair is left out if both blocks have joints at the point of contact, or if the pair
+    #: has a small gap or a lost joint.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray

@@ -25,7 +25,7 @@ from masonry_opt.scene.scene import Scene
 _WIDEST_OF_MORTAR = 2.0
 
 #: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
-#: With a larger value, errors of coordinates count as intended gaps.
+#: With a larger value, gaps that are only due to inaccurate coordinates count as intended.
 _PARALLEL_ERROR = 0.1
 
 #: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With too small a
@@ -62,7 +62,7 @@ class Bridge:
         )
 
     def _connections(self, scene: Scene) -> str:
-        """Return a text about the blocks that the option connects to supports, and the remaining blocks."""
+        """Return a text that counts the blocks connected to supports, and names an unconnected block."""
         connected = f"{counted(self.blocks, 'block')} to supports"
         others = len(self.remaining) - 1
         if others < 0:
@@ -283,7 +283,7 @@ def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
 
 
 def _mean_gap(facing: Facing) -> np.ndarray:
-    """Return the mean distance of sides that face each other, shape (facing,)."""
+    """Return the mean distance of sides that face each other, shape (n,)."""
     mean: np.ndarray = facing.most - facing.angle * facing.width / 2
     return mean
 

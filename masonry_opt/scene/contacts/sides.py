@@ -115,37 +115,37 @@ class Facing(Rows, ABC):
     """Segments or polygons that the sides of two blocks share.
 
     Two sides that face each other share the part of their bisecting line or plane onto which both sides
-    project.
+    project. The table has n rows, one for each segment or polygon.
     """
 
-    #: Number of the pair of blocks that share each segment or polygon, in ascending order, shape (facing,).
+    #: Number of the pair of blocks that share each segment or polygon, in ascending order, shape (n,).
     pair: np.ndarray
-    #: Largest distance between the two sides (in space: negative if they overlap), shape (facing,).
+    #: Largest distance between the two sides (in space: negative if they overlap), shape (n,).
     most: np.ndarray
-    extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (facing,)
-    #: Midpoint of each segment (in space: centroid of each polygon), shape (facing, 2) or (facing, 3).
+    extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (n,)
+    #: Midpoint of each segment (in space: centroid of each polygon), shape (n, 2) or (n, 3).
     middle: np.ndarray
-    normal: np.ndarray  #: unit normal, pointing into the first block, shape (facing, 2) or (facing, 3)
-    #: Uncertainty of each normal's direction in the drawing, in radians, shape (facing,).
+    normal: np.ndarray  #: unit normal, pointing into the first block, shape (n, 2) or (n, 3)
+    #: Uncertainty of each normal's direction in the drawing, in radians, shape (n,).
     accuracy: np.ndarray
-    angle: np.ndarray  #: angle in radians between the two sides, shape (facing,)
-    shorter: np.ndarray  #: length of the shorter edge (in space: width of the narrower face), shape (facing,)
+    angle: np.ndarray  #: angle in radians between the two sides, shape (n,)
+    shorter: np.ndarray  #: length of the shorter edge (in space: width of the narrower face), shape (n,)
 
     @property
     def width(self) -> np.ndarray:
-        """Return the length of each segment (in space: the square root of each area), shape (facing,)."""
+        """Return the length of each segment (in space: the square root of each area), shape (n,)."""
         width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
         return width
 
     @property
     @abstractmethod
     def inner_points(self) -> np.ndarray:
-        """Return three points inside each segment or polygon, shape (facing, 3, 2) or (facing, 3, 3)."""
+        """Return three points inside each of the n segments or polygons, shape (n, 3, 2) or (n, 3, 3)."""
 
     @property
     @abstractmethod
     def breadth(self) -> np.ndarray:
-        """Return the length of each segment (in space: the mean breadth of each polygon), shape (facing,)."""
+        """Return the length of each segment (in space: the mean breadth of each polygon), shape (n,)."""
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

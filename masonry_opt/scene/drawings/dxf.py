@@ -214,7 +214,8 @@ def _outlines(
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
     joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
     if joints:
-        defects.refuse()  # report now, because a missing support would cause further defects of the net
+        # Report defects now: without a defective support, the net of joint lines would have further defects.
+        defects.refuse()
         near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]

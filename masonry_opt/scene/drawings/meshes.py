@@ -15,7 +15,7 @@ from masonry_opt.scene.space.faces import place
 _TRIANGLE_REACH = 4.0
 
 #: Largest distance of a corner from the planes of its sides, relative to the tolerance, that counts as an
-#: error of the program that wrote the mesh. A larger value also flattens bends that are intended.
+#: inaccuracy of the mesh. A larger value also flattens intended bends.
 _NOISE = 4.0
 
 #: Cutoff of small singular values, relative to the largest one, in the least-squares problem that moves a

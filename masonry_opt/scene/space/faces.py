@@ -24,9 +24,9 @@ from masonry_opt.scene.scene import Scene
 #: error. A message multiplies the distance by this ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face that may be due to inexact coordinates, relative to
-#: the square root of the face's area. With a larger value, a message also advises a tolerance for faces that
-#: are bent on purpose.
+#: Largest distance of a corner from the plane of its face that may be an error of the coordinates, relative
+#: to the square root of the face's area. If no corner is farther away, the error message also suggests a
+#: tolerance. A larger limit would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 

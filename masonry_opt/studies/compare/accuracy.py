@@ -116,7 +116,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Return the bound from a feasible point close to x; NaN if no such point is found.
+        """Return the bound from a feasible point close to x, or NaN if no such point is found.
 
         The point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require.
@@ -133,12 +133,12 @@ class _Convex:
         return self._bound(x + min(1.0, _STEP_EXCESS * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
-        """Return the bound cost · x of a feasible point x; NaN for a point that is not feasible."""
+        """Return the bound cost · x of a feasible point x, or NaN for a point that is not feasible."""
         feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
-        """Return the point whose least slack is largest (at most 1); None if no interior point exists."""
+        """Return the point whose least slack is largest (at most 1), or None if no interior point exists."""
         import cvxpy as cp  # imported here because the import takes seconds
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()

@@ -198,7 +198,7 @@ def run_plan(
 
 @dataclass(frozen=True)
 class _JournalRuns:
-    """Runs of a comparison, which are read from a journal, or made and added to the journal."""
+    """Runs of a comparison: recorded runs are read from a journal, and new runs are added to the journal."""
 
     journal: Journal
     limits: RunLimits

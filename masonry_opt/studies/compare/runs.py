@@ -146,7 +146,7 @@ class RunPlan:
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """Return the combinations of method, model, solver and tolerance to run, and those that do not exist.
+    """Return the existing combinations of method, model, solver and tolerance, and the missing ones.
 
     A method with its own tolerances runs only once with each solver. If none of its solvers is named, it runs
     with its default solver. Raises OptionError if a name is unknown, if a tolerance is out of range, or if no

@@ -373,9 +373,10 @@ def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.
 def _passages(
     scene: Scene, axles: _AxlesArgument, settled: Movements | None = None
 ) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
-    """Return the passages, and the names of the load cases without axles.
+    """Return each passage of axles along the road, and the names of the load cases without axles.
 
-    The passages are lists: one list for each group and direction, with one passage for each load case.
+    The passages are lists: one list for each group of axles and direction, with one passage for each load
+    case.
     Raises CaseError if the scene cannot be crossed.
     """
     if scene.tilt:

@@ -47,7 +47,7 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers of the passage with the least load factor; None if the scene is unstable."""
+        """Answers of the passage with the least λ; None if the scene is unstable, or if this is undecided."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property

@@ -343,7 +343,7 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions; NaN if an answer for this bound is missing.
+    """Return an upper bound of 1/λ between two positions, or NaN if an answer for this bound is missing.
 
     The bound is explained in :func:`least_associative`.
     """
@@ -363,7 +363,7 @@ def _needed(solved: PassageTrials, start: float, end: float) -> float:
 
 
 def _inverse(load_factor: float) -> float:
-    """Return 1/λ; 0 if λ is unknown or infinite."""
+    """Return 1/λ, or 0 if λ is unknown or infinite."""
     return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
 
 

@@ -9,7 +9,9 @@ from masonry_opt.studies.crossing.assessment import assessment_text, capacity_te
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
-WITHIN = 1e-3  #: Largest relative distance of the proven lower bound from the least load factor.
+#: Relative tolerance of the least load factor of a crossing. The search solves further positions until its
+#: lower bound is this close to the least load factor. Load factors that differ less count as equal.
+WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
 
@@ -82,7 +84,9 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
         )
     positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
     between = "" if answer.bound is not None else "; λ may be less between positions"
-    lines["solved"] = f"at {positions}, with a spacing of {spacing} at the worst position{between}"
+    lines["solved"] = (
+        f"at {positions}; next to the worst position, positions are at most {spacing} apart{between}"
+    )
     if passage.assembly.problem.live.any():
         lines["beside them"] = "λ also multiplies the other live loads of the scene"
     return lines
@@ -123,7 +127,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return a text on λ by the default method at the worst position; an empty text without this method.
+    """Return a text on λ by the default method at the worst position, or "" if this λ was not computed.
 
     The load factor is compared with the associative load factor by the same law of crushing. If the default
     method uses chords inside the parabola, its load factor may be less than the answer for this reason too.

@@ -12,7 +12,7 @@ from masonry_opt.solution.force_units import median_unit_weight
 from masonry_opt.solution.typical_units import typical_unit
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Unit of the unit weights that agrees with the common sets of axles, which are in kN and m.
+#: Unit that the unit weights of a scene must have if it uses a common set of axles, in kN and m.
 _UNIT_OF_SETS = "kN/m³"
 #: Ratio of the loads of a group of axles to the sum of all dead loads, above which a warning says that their
 #: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads

@@ -40,9 +40,9 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_DRAWN_LINES = 7  #: Lines of λ are drawn only if the second number has at most this many values.
+_MOST_DRAWN_LINES = 7  #: Lines of λ are drawn only if the second parameter has at most this many values.
 _MOST_WRITTEN_VALUES = 6  #: If at most this many values are beyond the axis, all are written.
-#: Axis titles that contain a symbol, by the name of the number on the axis.
+#: Axis titles that contain a symbol, by the name of the parameter on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
     "joints.friction_angle": "friction angle φ [°]",
@@ -70,7 +70,7 @@ _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
-    """Return the charts of λ against the numbers of a sweep.
+    """Return the charts of λ against the parameters of a sweep.
 
     For one or two numbers there is a chart of λ against the first number, and for two numbers also a heat
     map. For more numbers there is a chart of λ against each number.
@@ -84,7 +84,7 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
-    """Return the chart of λ against the values of one number of a sweep.
+    """Return the chart of λ against the values of one parameter of a sweep.
 
     A sweep of one number is drawn as a line. A sweep of two numbers has a line for each value of the second
     number, unless there are too many values. All other sweeps are drawn as points.
@@ -158,7 +158,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
-    """Return the heat map of λ over two numbers; runs without a load factor are grey."""
+    """Return the heat map of λ over two parameters; runs without a load factor are grey."""
     off, missing = off_axis(frame["load_factor"]), frame["load_factor"].isna().any()
     least = at_least(frame) & (frame["load_factor"].nunique() > 1)
     cells = frame[[across, up, "load_factor", "status"]].set_axis(["x", "y", "λ", "status"], axis=1)
@@ -204,7 +204,7 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
 
 
 def _label(name: str) -> str:
-    """Return the axis title for a number of the scene."""
+    """Return the axis title for a parameter of the scene."""
     return _SYMBOLS.get(name, name)
 
 
@@ -274,5 +274,5 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     if known.empty:
         left_out = ": nothing drawn matters"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
-    notes = f"all intervals of a load factor are valid with {sure}; hollow marks: the correlation may be zero"
+    notes = f"intervals of one load factor: jointly valid with {sure}; hollow marks: correlation may be zero"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

@@ -1,4 +1,4 @@
-"""Random values for the numbers of a scene: distributions, and samples from the distributions.
+"""Random values for the parameters of a scene: distributions, and samples from the distributions.
 
 A property of joints may have one random value for all joints, for each course, or for each joint.
 """
@@ -137,13 +137,13 @@ class DrawnColumn(NamedTuple):
     """Column of random values in a table of runs."""
 
     name: str
-    of: str  #: name of the number whose distribution provides the values
+    of: str  #: name of the parameter whose distribution provides the values
     #: Pairs of blocks whose joints have the value; empty if the value belongs to the whole scene.
     pairs: tuple[tuple[str, str], ...] = ()
 
 
 class Draws:
-    """Generator of random values for the numbers of a scene, and of scenes with these values.
+    """Generator of random values for the parameters of a scene, and of scenes with such values.
 
     A course consists of the joints whose middles are at one height (against gravity). A joint with its own
     value of a property, by an exception, keeps this value. Raises OptionError or CaseError as
@@ -153,7 +153,7 @@ class Draws:
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
             example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
-            raise OptionError(f"pass the uncertain numbers with their distributions: {example}")
+            raise OptionError(f"pass the uncertain parameters with their distributions: {example}")
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown{instead_of(by, BY)}")
         self._by, self._parameters = by, Parameters(scene)
@@ -164,7 +164,8 @@ class Draws:
             raise OptionError(f"by='{by}' needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
         self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
-        self.texts: dict[str, str] = {}  #: maps the name of each uncertain number to its distribution as text
+        #: Distribution of each uncertain parameter as text, by the name of the parameter.
+        self.texts: dict[str, str] = {}
         for name, law in self._laws.items():
             if name in by_group:
                 self.columns += self._columns_by_group(name, courses)

@@ -48,7 +48,7 @@ _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factor
 
 @dataclass(frozen=True)
 class Trial:
-    """Scene for one value of the varied number, with its answer."""
+    """Scene for one value of the varied parameter, with its answer."""
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
@@ -74,11 +74,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Threshold(StudyAnswer):
-    """Least or greatest value of a number at which a scene "holds": it is stable, or carries a load.
+    """Least or greatest value of a parameter at which a scene is stable, or carries a required load.
 
     Attributes
     ----------
-    least: True if the scene holds from ``value`` upwards, False if it holds up to ``value``.
+    least: True if the scene holds (is stable, or carries ``load``) from ``value`` upwards; False if up to it.
     load: Load factor to be carried; None if the scene is to be stable under its dead load alone.
     value: The threshold, interpolated between the two ends; at a jump the end at which the scene holds.
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
@@ -220,7 +220,7 @@ def _distinguishing_format(number: float, others: Sequence[float], least: int) -
     return ".17g"
 
 
-#: Function that returns the scene for a value of the varied number.
+#: Function that returns the scene for a value of the varied parameter.
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Type of a function that is called with every trial.
 
@@ -244,7 +244,7 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     progress: Tried = lambda _: None,
     **options: Any,
 ) -> Threshold:
-    """Find the least value of a number at which a scene is stable, or carries a load.
+    """Find the least value of a parameter at which a scene is stable, or carries a required load.
 
     >>> import masonry_opt as mo
     >>> arch = mo.Arch(radius=10, angles=(180, 0), thickness=1, voussoirs=27, unit_weight=1)
@@ -299,7 +299,7 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
     progress: Tried = lambda _: None,
     **options: Any,
 ) -> Threshold:
-    """Find the greatest value of a number (a tilt, an opening) at which a scene is stable, or carries a load.
+    """Find the greatest value of a parameter at which a scene is stable, or carries a required load.
 
     See :func:`least` for the parameters, the answer and the errors. However, the scene must hold at ``lower``
     and fail at ``upper``. If there are several thresholds, the answer is the lowest.
@@ -326,8 +326,8 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: A trial succeeds if its load factor, or its margin under dead load, is at least this value: the
-        #: load factor ``load``, or a margin of zero.
+        #: A scene holds if its load factor, or its margin under dead load, is at least this value, except for
+        #: rounding errors. The value is the load factor ``load``, or a margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -358,7 +358,7 @@ class _Search:
         return Threshold(self.least, self.load, value, holds, fails, jump, contradictions, trials)
 
     def at(self, value: float) -> Trial:
-        """Solve the scene for a value of the number; record and return the trial."""
+        """Solve the scene for a value of the parameter; record and return the trial."""
         scene = None
         try:
             scene = as_scene(self.make(value))
@@ -406,7 +406,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return the trials at which the scene holds and fails.
+        """Narrow an interval by Brent's method; return its ends: a trial that holds and a trial that fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """

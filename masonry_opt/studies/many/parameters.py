@@ -1,11 +1,11 @@
-"""Numbers of a scene by name, and scenes with other values of these numbers.
+"""Parameters of a scene (the numbers in its case file) by name, and scenes with other values.
 
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
 ``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name, and may have
 one: ``arch.thickness``, and for a single tie ``tie.strength`` or ``tie.rod.strength``. The numbers of a list
-or pair that is not a point are ``.1``, ``.2``, ...: ``column.width.2``, ``axles.bogie.loads.1``.
-Blocks of a generator are varied by the numbers of the generator.
+or pair that is not a point are ``.1``, ``.2``, ...: ``column.width.2``, ``axles.bogie.loads.1``. Blocks of a
+generator are varied by the parameters of the generator.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,7 +19,7 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 _Path = tuple[str | int, ...]  #: Path to a number through nested records, as field names and list indices.
-#: Tables whose entries are always part of the names of numbers, as in block.A.weight. In other tables,
+#: Tables whose entries are always part of the names of parameters, as in block.A.weight. In other tables,
 #: entries are part of the names only if there are several entries.
 _ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
@@ -34,21 +34,22 @@ _LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Numbers of a scene by name, including the numbers of generators in its case file."""
+    """Parameters of a scene by name: the numbers in its case file, including its generators."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
-        # If a scene was modified after loading, its numbers are read from the scene instead of its case file.
+        # If a scene was modified after loading, its parameters are read from the scene instead of its case
+        # file.
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
         self.names = self._paths()  #: Paths to the numbers, by the short names that messages list.
-        #: Paths by short names and by full names, which differ for numbers in tables with a single entry.
+        #: Paths by short names and by full names, which differ for parameters in tables with a single entry.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return the paths to all numbers by name; in space, thickness and joint strength are omitted."""
+        """Return a map from parameter names to paths. In space, thickness and joint strength are left out."""
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
             return paths
@@ -57,30 +58,30 @@ class Parameters:
         return {name: path for name, path in paths.items() if name not in of_plane}
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError if the numbers with these names cannot be varied together.
+        """Raise OptionError if the parameters with the given names cannot be varied together.
 
         The error is raised in three cases:
 
         - The scene has load cases, but none is chosen, and no axles move in a load case.
         - A name is unknown. The message lists similar names.
-        - Two names mean the same number, or two numbers that exclude each other.
+        - Two names mean the same parameter, or two parameters that exclude each other.
         """
         if not self.scene.moves_axles:
             self.scene.refuse_without_case()
         by_path: dict[_Path, str] = {}
         for name in names:
             if name not in self._known:
-                raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
+                raise OptionError(f"{self.scene.origin}: no parameter is called '{name}'{self._near(name)}")
             first = by_path.setdefault(self._known[name], name)
             if first != name:
-                raise OptionError(f"'{first}' and '{name}' are the same number: vary only one of them")
+                raise OptionError(f"'{first}' and '{name}' are the same parameter: vary only one of them")
             head, _, key = name.rpartition(".")
             other = f"{head}.{INSTEAD.get(key, '')}"
             if other in names:
                 raise OptionError(f"'{name}' and '{other}' describe the same property: vary only one of them")
 
     def at(self, values: Mapping[str, float]) -> Scene:
-        """Return the scene with new values for some of its numbers.
+        """Return the scene with new values for some of its parameters.
 
         Successive scenes share their blocks as long as only properties of joints change. Raises OptionError
         if a name is unknown, and CaseError if the values make no valid scene.
@@ -109,20 +110,20 @@ class Parameters:
             if name.startswith(head) and not any(known.startswith(head) for known in self.names):
                 heads = tuple(f"{table}." for table in _GENERATORS)
                 return (
-                    f"; block '{block.name}' is built by a generator: vary the numbers of the generator; "
+                    f"; block '{block.name}' is built by a generator: vary the parameters of the generator; "
                     f"{self._listed(heads)}"
                 )
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists the first names with one of the prefixes, or the first of all names."""
+        """Return a text that lists the first names with a given prefix, or else the first of all names."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Return True if a number is a property of joints, on which the equilibrium matrix does not depend."""
+    """Return True if a parameter is a property of joints, on which the equilibrium matrix does not depend."""
     return name.startswith(("joints.", "joint."))
 
 

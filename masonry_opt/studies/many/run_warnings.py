@@ -16,7 +16,7 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Last parts of the names of numbers that limit forces, such as ``joints.friction``. A state whose forces
+#: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A state whose forces
 #: stay below a limit is also a state of each scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 _MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are counted.
@@ -62,8 +62,8 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
     """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest λ found.
 
-    Two runs are compared if they differ by one step of this number and all other varied numbers are equal.
-    The warning states the largest decrease. Its advice depends on the method of the runs.
+    Two runs are compared if they differ by one step of this parameter, and all other varied parameters are
+    equal. The warning states the largest decrease. Its advice depends on the method of the runs.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
@@ -82,7 +82,7 @@ def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterat
 
 
 def is_limit(name: str) -> bool:
-    """Return True if a number is a friction, cohesion or strength of joints, ties or props."""
+    """Return True if a parameter is a friction, cohesion or strength of joints, ties or props."""
     return name.split(".")[-1] in _LIMITS and not name.startswith("fill.")
 
 
@@ -94,7 +94,7 @@ def differing_values(run: Point, other: Point) -> str:
 def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
-    """Return a warning about the largest decrease of λ as a number increases; None if λ does not decrease."""
+    """Return a warning about the largest decrease of λ as a parameter increases, or None without one."""
     # If the time limit ended a crossing, its λ may be too large, so the run is ignored.
     known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
     known = known.sort_values([*others, name], kind="stable")

@@ -1,4 +1,4 @@
-"""Runs of a scene with different values of its numbers, which are solved in parallel and recorded."""
+"""Runs of a scene with different values of its parameters, which are solved in parallel and recorded."""
 
 import contextlib
 import pickle
@@ -49,8 +49,8 @@ _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice in the error message about a table of runs that would be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-_LINE_CHART = "load_factor"  #: Name of the chart of λ against a number; several charts are numbered.
-HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
+_LINE_CHART = "load_factor"  #: Name of the chart of λ against a parameter; several charts are numbered.
+HEAT_MAP = "heat_map"  #: Name of the chart of λ over two parameters.
 #: Names of the files that a sweep or a sample writes in addition to its table.
 _STUDY_FILES = re.compile(
     rf"({_LINE_CHART}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
@@ -67,7 +67,8 @@ class Study(NamedTuple):
     how: HowToSolve
     #: Function that returns the scene for a mapping from names to values.
     make: Callable[[Mapping[str, float]], Scene]
-    scene: Scene | None = None  #: scene whose numbers vary; None if a function of the user makes the scenes
+    #: Scene whose parameters vary; None if a function of the user makes the scenes.
+    scene: Scene | None = None
 
 
 class StudyOutput(NamedTuple):
@@ -91,7 +92,7 @@ def _is_study_file(name: str) -> bool:
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
-    """Return the names of a sweep's charts: λ against each number, and a heat map for two numbers."""
+    """Return the names of a sweep's charts: λ against each parameter, and a heat map for two parameters."""
     if len(names) > 2:
         return [f"{_LINE_CHART}_{number}" for number in range(1, len(names) + 1)]
     return [_LINE_CHART, HEAT_MAP][: len(names)]
@@ -118,6 +119,7 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
+    entries["time_limit_reached"] = answer.time_limit_reached
     # A state of a crossing is not shared with other runs, because another position may govern in another run.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
@@ -181,8 +183,8 @@ def _rows_of_runs(
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
-                # If the numbers of one scene vary, the values identify a run, so the scenes of recorded runs
-                # need not be made.
+                # In a study of one scene, the values of the parameters identify a run, so the scenes of
+                # recorded runs need not be built.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None
@@ -197,12 +199,19 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # A run that crashed or died is not recorded, so that the same command makes the run again.
-            if journal and end.how in (FINISHED, REFUSED):
+            if journal and is_final(end, rows[index]):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
     return [rows[index] for index in range(len(points))]
+
+
+def is_final(end: TaskEnd, row: Row) -> bool:
+    """Return True if a journal records the row of a run, so that the same command does not repeat the run.
+
+    Runs that crashed, died or reached the time limit are repeated. The limit may be longer next time.
+    """
+    return end.how in (FINISHED, REFUSED) and not row.get("time_limit_reached", False)
 
 
 @contextlib.contextmanager

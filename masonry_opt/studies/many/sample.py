@@ -53,7 +53,7 @@ _LARGEST_CORRELATION = 1 - 1e-15
 
 @dataclass(frozen=True)
 class Sample(StudyAnswer):
-    """Load factors and incremental load factors of a scene for random values of its numbers.
+    """Load factors and incremental load factors of a scene for random values of its parameters.
 
     Runs without a load factor count as follows:
 
@@ -158,7 +158,7 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of undecided runs. Confidence limits cover both cases, collapse and no collapse."""
+        """Number of undecided runs. Confidence limits allow for both outcomes, collapse and no collapse."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
@@ -254,7 +254,7 @@ class Sample(StudyAnswer):
         return [max(least - margin, 0.0), *loads.tolist(), greatest + margin]
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Return Spearman's rank correlations of λ with the random numbers, strongest first.
+        """Return Spearman's rank correlations of λ with the random parameters, strongest first.
 
         The columns are ``parameter``, ``rank_correlation``, ``lower`` and ``upper``; those of the
         incremental load factor begin with ``incremental_``. A correlation is NaN if the load factor or the
@@ -442,7 +442,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> Sample:
-    """Solve a scene for random, independent values of its uncertain numbers.
+    """Solve a scene for random, independent values of its uncertain parameters.
 
     Axles cross the scene in each run if the scene has axles, as in ``mo.sweep``.
 

@@ -44,6 +44,12 @@ class SceneAnswer(NamedTuple):
         return entries
 
     @property
+    def time_limit_reached(self) -> bool:
+        """True if the time limit ended the analysis or the crossing. More time may change the answer."""
+        answer = self.result if self.crossing is None else self.crossing
+        return answer.time_limit_reached
+
+    @property
     def stopped(self) -> str:
         """Sentence which says that the time limit ended the crossing; empty if all positions were solved."""
         if self.crossing is None or self.crossing.time_limit is None:

@@ -166,7 +166,7 @@ def _improves(state: FoundState, row: Row) -> bool:
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:
-    """Return a state with its certificate for a problem; None if the state is not exact in that problem."""
+    """Return a state with its certificate for a problem, or None if it is not exact in this problem."""
     problem = problem.by_cone
     answer = certified(problem, state.load_factor, state.q, state.d, problem.dilatancy)
     return answer if answer.exact else None

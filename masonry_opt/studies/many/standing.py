@@ -91,7 +91,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
-    """Return a mechanism, shape (3b,), that the dead load drives; None if the scene is stable.
+    """Return a mechanism, shape (3b,), that the dead load drives, or None if the scene is stable.
 
     Raises NoLoadFactorError if the stability cannot be decided.
     """

@@ -46,7 +46,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> pd.DataFrame:
-    """Solve a scene for every combination of values of its numbers.
+    """Solve a scene for every combination of values of its parameters.
 
     If the scene has axles, they cross the scene in each run. λ is then the least of all positions and of all
     load cases with axles, as :func:`~masonry_opt.crossing` finds it.
@@ -58,7 +58,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     Parameters
     ----------
     scene: A scene, the path of a case file, or a function of the numbers that returns a scene.
-    vary: Values by name. The numbers of a scene have names such as ``joints.friction``, ``block.A.weight``
+    vary: Values by name. The parameters of a scene have names such as ``joints.friction``, ``block.A.weight``
         and ``arch.thickness`` (see :mod:`~masonry_opt.studies.many.parameters`). The names for a function are
         those of its arguments.
     method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ...
@@ -147,7 +147,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         if name in RUN_COLUMNS:
             raise OptionError(f"vary: '{name}' is a column of the result table: use another name")
         try:
-            # Integers are not converted to floats, because some numbers of a scene are counts.
+            # Integers are not converted to floats, because some parameters of a scene are counts.
             axis = [int(value) if isinstance(value, Integral) else float(value) for value in values]
         except (TypeError, ValueError):
             raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None

@@ -65,7 +65,7 @@ _RECORDS = {
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
 #: Statement in the list of unchecked points of a report, for a stable scene without live load.
 _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
-    "Loads other than the dead load: the scene is stable under its dead load, but its reserve against wind, "
+    "Loads other than the dead load: the scene is stable under its dead load, but its safety against wind, "
     "impact, settlement and people is not known."
 )
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
@@ -413,7 +413,7 @@ def _cell(value: object) -> str:
 
 
 def _case_text(scene: Scene) -> str:
-    """Return the content of the case file of a scene; "" if it is too long to print.
+    """Return the content of the case file of a scene, or "" if it is too long to print.
 
     Generators are not expanded, and innermost lists take one line each.
     """

@@ -98,7 +98,7 @@ class Bound:
 
     @property
     def associative(self) -> float | None:
-        """Reaction with associative flow. All other reactions are closer to the reaction at rest."""
+        """Reaction with associative flow, the outermost reaction on this side of the reaction at rest."""
         return self._reaction(self.with_associative.load_factor)
 
     @property
@@ -452,7 +452,7 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 
 def _words(end: Bound) -> str:
-    """Return a text on a limit reaction: its value, its certainty, and the reactions by other analyses."""
+    """Return a text on the least or greatest reaction: value, certainty, and results of other analyses."""
     by_kind = {row["kind"]: row for row in end.rows()}
     lines = [_reaction_text(end)]
     if end.answered_by is not None:
@@ -466,7 +466,7 @@ def _words(end: Bound) -> str:
 
 
 def _reaction_text(end: Bound) -> str:
-    """Return a text on a limit reaction: value and moving blocks, or the status if it was not found."""
+    """Return the least or greatest reaction and the moving blocks as text; the status if it was not found."""
     if end.reaction is None:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")

@@ -105,7 +105,7 @@ def settle(
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(assembly: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
-        """Return the limit reaction for one direction of motion, starting at the reaction ``start``."""
+        """Return the least reaction (``sign`` 1) or the greatest reaction (``sign`` -1)."""
         dead = assembly.problem.dead - sign * start * assembly.problem.live
         preloaded = replace(assembly, problem=replace(assembly.problem, dead=dead, settled=settled))
         results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
