@@ -21,7 +21,7 @@ class Senses(NamedTuple):
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    point: np.ndarray  #: index of the contact point of each direction, shape (m,)
+    point: np.ndarray  #: index of each direction's point among the points that can slide, shape (m,)
     along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
     #: True if the polygons are inside the friction circles. All forces are then inside the cones, and slip is
     #: opposite to the corners of a polygon. If False, the polygons are around the circles. Mechanisms then

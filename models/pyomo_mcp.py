@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """Mixed complementarity problem whose solutions are all collapse states of a problem.
+    """Mixed complementarity problem of all collapse states with the joints' own flow rule.
 
     The conditions are eqs (1) to (6) and (8):
 

@@ -27,7 +27,7 @@ from masonry_opt.solvers.registry import (
     find_solver,
 )
 
-#: Name of a property that most methods do not support: dilatancy that falls with stress.
+#: Property of scenes that some methods do not support: dilatancy that falls with stress.
 _VARYING = frozenset({"dilatancy"})
 
 #: Properties of scenes that method "global" does not support.
@@ -94,7 +94,7 @@ _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit"
 
 @dataclass(frozen=True)
 class HowToSolve:
-    """All arguments of :func:`~masonry_opt.analysis.solve` except the scene, after a check.
+    """Checked arguments that control how :func:`~masonry_opt.analysis.solve` solves a scene.
 
     Raises OptionError if an argument is unknown or not available for any scene.
     """

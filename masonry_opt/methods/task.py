@@ -69,7 +69,7 @@ class Method:
     name: str  #: name of the method, as users write it
     runs: str  #: function that runs the method, as "module:name" in package ``methods``
     takes: str = ""  #: class of the options, as "module:name" in package ``methods``; "" without options
-    #: Names of the solvers that the method can use, by model (modelling language). The first model and its
+    #: Names of the solvers that the method can use, by model (one of ``MODELS``). The first model and its
     #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method assumes associative flow
@@ -118,6 +118,6 @@ def _classes_in(annotation: Any) -> list[type]:
 
 
 def _named(path: str) -> Any:
-    """Import the object with a path such as "mpec:mpec", which is module:name in package ``methods``."""
+    """Import and return the object with a path "module:name" in package ``methods``."""
     module, name = path.split(":")
     return getattr(import_module(f"masonry_opt.methods.{module}"), name)

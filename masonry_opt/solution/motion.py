@@ -42,7 +42,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # The mechanism of a scene without load factor is a fall under the dead load, with associative flow.
+    # A scene that is unstable under its dead load has no load factor, and a mechanism with associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
@@ -94,14 +94,14 @@ def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the indices of the movable blocks that move in the mechanism d, fastest first."""
+    """Return the indices of the movable blocks that move in the mechanism d (3b,), fastest first."""
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Return the names of the blocks that move in the mechanism d, fastest first."""
+    """Return the names of the blocks that move in the mechanism d (3b,), fastest first."""
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
@@ -156,7 +156,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and all blocks that move in the mechanism d have zero net load.
+    """Return True if λ is negative and all blocks that move in the mechanism d (3b,) have zero net load.
 
     A live load parallel to a block's weight cancels the weight at some negative load factor. Then the block
     can move regardless of its joints, so the mechanism is not a collapse.

@@ -160,7 +160,7 @@ class Outcome:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor λ; None if the analysis found no load factor."""
+        """Load factor λ; None unless the status is "optimal" or "converged"."""
         return self.solution.load_factor
 
     @property

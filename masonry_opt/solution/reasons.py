@@ -352,5 +352,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of joints (in space, contact points) of a problem, as a value of a reason."""
+    """Return a reason's value ``joints`` (in space, ``contacts``): the number of joints of a problem."""
     return {problem.layout.called: problem.joints}

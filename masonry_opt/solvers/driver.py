@@ -76,7 +76,7 @@ class Driver:
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
-        """Prepare this driver for a problem with other shear limits, and return the driver."""
+        """Prepare this driver for a problem that differs only in its shear limits, and return the driver."""
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))

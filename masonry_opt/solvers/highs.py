@@ -218,7 +218,7 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Let each later run stop as soon as HiGHS changes to another interior-point method.
+        """Let the next run stop as soon as HiGHS changes to another interior-point method.
 
         The change is recognised by an iteration count that falls.
 

@@ -346,7 +346,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces (3c + t,) that removes the given residuals."""
+    """Return the least change of forces (3c + t,) that balances blocks and cancels small resistances."""
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
     change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]

@@ -151,7 +151,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._levels.append(len(self._trail))
 
     def on_backtrack(self, to: int) -> None:
-        """Remove all values that were assigned after the decision level ``to``."""
+        """Remove all values that were assigned above the decision level ``to``."""
         if to < len(self._levels):
             first = self._levels[to]
             self._values[self._trail[first:]] = 0

@@ -93,7 +93,7 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    forces: np.ndarray  #: largest edge forces x₂, x₃ and shear z₀ (or s) of each joint, shape (3c,)
+    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, shape (3c,)
     rates: float  #: largest sum of all slips and edge openings
     #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
     #: only for states with smaller forces.
@@ -387,9 +387,10 @@ class Rising:
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.
 
-        Each program has more products than the last one. A program includes only states above the last bound.
-        The forces of these states have smaller limits, so that an equal number of products proves a higher
-        bound. A program is therefore repeated as long as each repetition closes a large share of the gap.
+        Unless a program is repeated, the next program has more products. A program includes only states above
+        the last bound. The forces of these states have smaller limits, so that an equal number of products
+        proves a higher bound. A program is therefore repeated as long as each repetition closes a large share
+        of the gap.
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:

@@ -157,7 +157,10 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than a solution has, and return the lowest state."""
+    """Search for exact states with a lower λ than a solution has, and return the lowest state.
+
+    The log of the returned solution has an additional entry for the search.
+    """
     began = time.perf_counter()
     limits = SearchLimits(options.search, options.until, options.seed)
     found = search_lower(task, first, limits, options.settings, options.budget)

@@ -95,7 +95,7 @@ class CoulombRun:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the present answer, or None if the run has no answer yet."""
+        """Load factor of the present answer; without an answer, the incremental load factor, or None."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:

@@ -41,7 +41,7 @@ class CoulombStep(Protocol):
 
 @dataclass(frozen=True)
 class Incremental:
-    """Step that raises the live load from zero until no equilibrium exists.
+    """Step that raises the live load from zero until equilibrium is lost.
 
     If dilatancy falls with stress, or if the scene has too many joints, this step is skipped and the loop of
     linear programs solves the scene.
@@ -76,8 +76,8 @@ class Incremental:
 class ExactFrom:
     """Step that looks for an exact state near incremental or associative forces.
 
-    Incremental forces are the forces at the end of the load history. Forces of associative flow are used if
-    the load history leads to no exact state, for example if joints hardly slide.
+    Incremental forces are the forces of the state in which the incremental analysis ends. Forces of
+    associative flow are used if the load history leads to no exact state, for example if joints hardly slide.
     """
 
     start: Literal["incremental", "associative"]

@@ -37,7 +37,7 @@ class RandomForces:
         return len(self._between_limits) > 0
 
     def largest_load_factor(self, seconds: float = inf) -> float | None:
-        """Return the largest λ with admissible forces in equilibrium, or None if λ is unlimited."""
+        """Return the largest λ with admissible forces in equilibrium, or None if no largest λ is found."""
         self._statics.set_bounds("load_factor", 0.0, inf)
         self._statics.set_costs("load_factor", np.array([-1.0]))
         self._statics.set_costs("q", np.zeros(self._problem.B.shape[1]))

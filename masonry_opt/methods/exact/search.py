@@ -101,7 +101,7 @@ class Search:
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Largest λ for which admissible forces in equilibrium exist; None if λ is unlimited."""
+        """Largest λ with admissible forces in equilibrium, or None if no largest λ is found."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:

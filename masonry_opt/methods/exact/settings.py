@@ -58,8 +58,9 @@ class SearchSettings(Settings):
     #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
     fixed_point_iterations: int = 15
 
-    #: Largest number of joints of a "small" plane scene. The default method tries further starts only on
-    #: small scenes: on larger scenes they would take longer than all other steps together.
+    #: Largest number of joints of a "small" plane scene. In the plane, the default method tries further
+    #: starts only on small scenes. On larger scenes they would take longer than all other steps together.
+    #: Further starts in the plane also need the simplex method, see ``simplex_up_to``.
     small: int = 60
 
     #: Rate above which a yield condition counts as moving. With a smaller value rounding errors count as
@@ -70,8 +71,8 @@ class SearchSettings(Settings):
     #: conditions at yield. With a larger value faces that are not at yield may move.
     at_yield: float = 1e-7
 
-    #: Number of attempts to replace the forces of a start by forces nearer to a collapse state, if no state
-    #: is found. More attempts seldom lower λ.
+    #: Largest number of times that the forces of a start are replaced by forces nearer to a collapse state,
+    #: if no state is found. More replacements seldom lower λ.
     repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program in seconds per joint, because HiGHS may never end without a limit.

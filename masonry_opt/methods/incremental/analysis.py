@@ -125,7 +125,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load, or the motion of the blocks if no equilibrium is found."""
+        """Equilibrium under the dead load from rest, or the motion of the blocks if none is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -199,7 +199,7 @@ class _LoadRaising:
         self.state_in_motion: Answer | None = None
         self.start = preload.state.d
         self.steps: list[LoadStep] = []
-        #: Load factor at which the mean live load is as large as the mean contact force.
+        #: Load factor at which the root mean square of the live load equals the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
         self._record(preload)

@@ -74,7 +74,10 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state after a large displacement along a motion (3b,), or None if Newton's method fails."""
+    """Return the state after a displacement of size ``far`` along a motion (3b,).
+
+    None is returned if Newton's method fails.
+    """
     problem = solver.problem
     if solver.moves_no_joint(motion):
         return _balance_rigid_motion(solver, trial, motion)

@@ -67,14 +67,15 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Trial forces at which the next load step starts, shape (3, m). They do not include the slip so far.
+    #: Trial forces at which the next load step or time step starts, shape (3, m). They do not include the
+    #: slip so far.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)
 
 
 class ContactLaw:
-    """Contact law of all joints and limited forces (ties, props) of a problem, by return mapping."""
+    """Return mapping of all joints and limited forces (ties, props) of a problem, eqs (1) to (4)."""
 
     def __init__(
         self,

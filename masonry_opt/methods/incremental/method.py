@@ -113,7 +113,7 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
-    """Return the equilibrium under the largest load factor, together with the motion of the collapse."""
+    """Return the equilibrium under the load factor ``carried``, together with the motion of the collapse."""
     problem, collapse = analysis.problem.by_cone, result.collapse
     assert collapse is not None
     work = float(problem.live @ collapse.motion)
@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """If a solution has a load history, mark its load–displacement curve to be shown."""
+    """Return a solution that shows its load–displacement curve if it has a load history."""
     history = solution.load_history
     if history is None:
         return solution

@@ -13,10 +13,11 @@ class IncrementalSettings(Settings):
     mean length (in space: mean area) under the mean contact force.
     """
 
-    #: Width of the range of the collapse load, relative to the load factor, if the range contains no exact
-    #: state. Loads at half this distance below and above an exact state are tested, and the first increment
-    #: after a damped motion has this size. With a smaller value the search takes more steps. With a larger
-    #: value the exact state may be missed.
+    #: Largest width of the range of the collapse load, relative to the load factor, if the range contains no
+    #: exact state. Loads at half this distance below and above an exact state are tested. The first increment
+    #: after a damped motion has this size. It doubles with each successive motion, and is at most
+    #: ``smallest_increment``. With a smaller value the search takes more steps. With a larger value the range
+    #: is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments. With a larger value, contacts that slip back and forth may lead to another
@@ -77,11 +78,13 @@ class IncrementalSettings(Settings):
     #: the blocks may be missed.
     steady: float = 1e-2
     #: Relative size of rounding errors. It applies to the distance of a joint from its friction limit, to
-    #: forces, and to the motion of joints. With a smaller value rounding errors affect the result. With a
-    #: larger value joints near their friction limit slide too early.
+    #: forces (relative to the mean contact force), and to the motion of joints (relative to the motion of the
+    #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
+    #: friction limit slide too early.
     rounding: float = 1e-9
     #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
-    #: stiffness. With a smaller value matrices of free blocks are nearly singular. With a larger value
+    #: stiffness. The value is also added, relative to the diagonal, to the matrix that determines the mean
+    #: contact force. With a smaller value matrices of free blocks are nearly singular. With a larger value
     #: mechanisms are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Matrices with a

@@ -80,8 +80,9 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies for each kind of failure, in the order in which they are tried. Each remedy is tried once, and
-#: solves at least one of the test scenes on which a run fails.
+#: Remedies for each kind of failure, in the order in which they are tried. Each entry is tried once, and
+#: solves at least one of the test scenes on which a run fails. A change of the small cohesion is no remedy:
+#: it solved 3 of 193 scenes, which method "coulomb" also solves.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),

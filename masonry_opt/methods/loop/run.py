@@ -36,7 +36,8 @@ _DOUBLINGS = 5
 #: Least relative increase of λ per sub-problem that counts as steady growth.
 _RISE = 1e-2
 
-#: Number of successive increases of λ by at least ``_RISE`` that a divergent loop must have.
+#: Number of successive increases of λ by at least ``_RISE`` after which the loop counts as divergent, if λ
+#: also exceeds ``_GROWN`` times its first value.
 _RISES = 30
 
 #: Ratio of λ to its first value above which steady growth counts as divergence.
@@ -73,9 +74,9 @@ class Iteration:
     #: Energy that the slips of the sub-problem would dissipate with the true shear limits, in units of λ: the
     #: paper's corrected energy.
     coulomb_sliding: float
-    #: Error of the dissipated energy, in units of λ: the sum, over all joints, of the difference between the
-    #: energies with the shear limits of the sub-problem and with the true limits. The small cohesion that the
-    #: loop adds is not counted.
+    #: Error of the dissipated energy, in units of λ: the sum, over all joints, of the absolute difference
+    #: between the energies with the shear limits of the sub-problem and with the true limits. The small
+    #: cohesion that the loop adds is not counted.
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
@@ -222,7 +223,7 @@ class Run:
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
         # In joints of limited strength, the contraction of sliding joints in a sub-problem may also be
-        # crushing. The programs for rough sub-problems can handle this case.
+        # crushing. Therefore the programs for rough sub-problems are tried too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
