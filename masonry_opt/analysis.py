@@ -166,8 +166,8 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # A solution without a load factor has no collapse state, so the last forces and velocities of the
-        # method are removed.
+        # This solution has no load factor, so the last forces and velocities of the method are not an answer.
+        # They are removed.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:

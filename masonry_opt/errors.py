@@ -55,8 +55,8 @@ class DrawingWarning(UserWarning):
 class CaseError(MasonryError, ValueError):
     """The case file or scene is wrong; the message names the file, key or block, and states a remedy."""
 
-    # The base class ValueError is needed, because pydantic reports only a ValueError of a validator as a
-    # validation error.
+    # The base class ValueError is needed, because pydantic converts every ValueError that a validator raises
+    # to a validation error.
 
 
 class OptionError(MasonryError):

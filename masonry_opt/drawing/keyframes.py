@@ -24,7 +24,7 @@ class Keyframes:
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
     #: Displacement of the live load, shape (k,). The unit is the closing of a joint of mean length under the
-    #: mean contact force.
+    #: mean contact force of the dead load.
     displacement: np.ndarray
     d: np.ndarray  #: displacements of the blocks from the state under dead load, shape (k, 3b)
     #: True for joints that slide at this keyframe or at an earlier keyframe, shape (k, joints).
@@ -63,7 +63,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements from the last keyframe along a mechanism ``motion``, shape (frames, 3b)."""
+    """Return displacements after the last keyframe, along a mechanism ``motion``, shape (frames, 3b)."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]

@@ -107,7 +107,7 @@ class KinematicCheck:
             verdict = "satisfied" if self.linear else "not satisfied"
             linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
         non_linear = "satisfied" if self.non_linear else "not satisfied"
-        short = "" if self.complete else " (d*_0 is larger, because the curve ends before λ = 0)"
+        short = "" if self.complete else " (the true d*_0 is larger, because the curve ends before λ = 0)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "check": self.code,

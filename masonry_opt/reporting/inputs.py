@@ -117,7 +117,7 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "'tolerance' closes gaps as wide as mortar joints by moving the corners of blocks, which changes λ: "
+        "'tolerance' closes gaps as wide as mortar joints, and moves corners by as much, which changes λ: "
         f"{pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
     )
 

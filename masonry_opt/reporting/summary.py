@@ -204,7 +204,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         blocks = counted(len({piece.block for piece in below}), "block")
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
-        spread = f"loads on the road spread at {fill.spread:g}° to the vertical"
+        spread = f"loads on the road spread within {fill.spread:g}° of the vertical"
         phrases.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients

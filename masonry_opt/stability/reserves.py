@@ -21,7 +21,8 @@ from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, fal
 #: of itself. A smaller tolerance needs more programs.
 _BISECTION_TOLERANCE = 2e-4
 
-#: A bisection also ends when the smallest stable value is below this value, which counts as zero.
+#: A bisection also ends when the smallest stable value is at most this value, regardless of the tolerance. A
+#: smaller value needs more programs.
 _NEGLIGIBLE_VALUE = 1e-4
 
 #: Largest number of joints for which the geometric margin is computed. Each step of its bisection declares a
