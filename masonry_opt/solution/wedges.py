@@ -33,7 +33,8 @@ _NAMED_TURN = 1e-3
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
 #: Largest number of joints of a block whose joints are compared with each other. A support under many blocks
-#: may have more. A larger value needs more memory; a smaller value misses wedges of blocks with many joints.
+#: may have more joints. A larger value needs more memory; a smaller value misses wedges of blocks with many
+#: joints.
 _MOST_JOINTS_COMPARED = 300
 
 

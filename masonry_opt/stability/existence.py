@@ -337,7 +337,8 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # The load history first reached load factors that the scene carries, so its reasons are still valid.
+        # Keep the reasons of the load history: the scene carries the load factors that the load history
+        # reached before the collapse.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)

@@ -23,8 +23,8 @@ class StudyCode(StrEnum):
     #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene also holds (is stable, or carries the load) at ``values`` on the side of the threshold on
-    #: which it should fail.
+    #: The scene also meets the requirement at ``values``, which are on the side of the threshold on which it
+    #: should fail.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"

@@ -61,8 +61,8 @@ class SearchSettings(Settings):
     fixed_point_iterations: int = 15
 
     #: Largest number of joints of a "small" plane scene. In the plane, the default method tries further
-    #: starts only on small scenes. On larger scenes they would take longer than all other steps together.
-    #: Further starts in the plane also need the simplex method, see ``simplex_up_to``.
+    #: starts only on small scenes, because on larger scenes further starts would take longer than all other
+    #: steps together. Further starts in the plane also need the simplex method, see ``simplex_up_to``.
     small: int = 60
 
     #: Rate above which a yield condition counts as moving. With a smaller value rounding errors count as
