@@ -1,4 +1,4 @@
-"""Advice to look for lower states: only the default method has the option that the advice names."""
+"""Advice to search for lower states names a method that has the option `search`."""
 
 import re
 
@@ -12,7 +12,8 @@ import masonry_opt as mo
 from masonry_opt.methods.registry import METHODS, HowToSolve
 from masonry_opt.studies.many.run_warnings import warnings_of_falls
 
-#: A bridge whose associative collapse state is exact under Coulomb friction, as its joints only hinge.
+#: A bridge whose joints only hinge at collapse, so that its associative collapse state is exact under Coulomb
+#: friction.
 BRIDGE = ROOT / "cases" / "page" / "shinafoot.toml"
 
 #: A wall whose lowest state is not proven to be the least.
@@ -40,7 +41,8 @@ SEEKING = [name for name, method in METHODS.items() if method.seeks_lowest]
 
 @pytest.mark.parametrize("method", SEEKING)
 def test_sweeps_and_samples_advise_a_search_that_the_package_accepts(method):
-    """A load factor that falls as friction grows was perhaps missed; "mpec" and "global" have no search."""
+    """If the load factor falls while friction grows, a warning advises a search for lower states. The methods
+    "mpec" and "global" have no search, so their warnings name another method."""
     friction = np.linspace(0.3, 0.6, 20)
     rows = {"joints.friction": friction, "load_factor": 2 - friction, "status": "converged"}
     swept = pd.DataFrame(rows)

@@ -1,4 +1,4 @@
-"""What looks unintended in a scene is told, and what does not is not."""
+"""Warnings about scenes that look unintended appear for the inputs that they concern, and for no others."""
 
 import json
 from dataclasses import replace
@@ -17,14 +17,14 @@ from masonry_opt.solution.frames import tie_frame
 from masonry_opt.solution.reasons import Code, reason
 from masonry_opt.solution.sense import warnings_of
 
-#: Façades of ten thousand joints and more.
+#: Façades with ten thousand joints or more.
 LARGE = {"facade_3x9", "facade_4x12"}
-#: Larger façades of the same generator, whose stones and joints are those of the smaller ones.
+#: Larger façades from the same generator, with the same stones and joints as the smaller façades.
 LIKE_SMALLER = {"facade_6x18", "facade_8x24", "facade_10x30"}
 
 
 def warned(scene, code):
-    """The values of the warnings with that code."""
+    """Return the values of all warnings with a code."""
     return [warning.values for warning in warnings_of(assemble(scene), None) if warning.code is code]
 
 
@@ -33,7 +33,8 @@ def with_blocks(scene, *blocks):
 
 
 def row(*weights, **of_first):
-    """Unit cubes of those weights in a row on a floor, with a gap between them, the first pushed along."""
+    """Return a scene with a row of separate unit cubes on a floor, with the weights given. The keyword
+    arguments are properties of the first cube, such as a live load."""
     cubes = [
         rectangle(f"{n}", 2 * n, 0, 2 * n + 1, 1, weight=weight, **({} if n else of_first))
         for n, weight in enumerate(weights)
@@ -77,7 +78,7 @@ def test_contraction_that_friction_does_not_resist(dilatancy, told):
     scene = small_wall(2, 2, friction=0.5, dilatancy=dilatancy)
     expected = [{"dilatancy": dilatancy, "friction": 0.5, "pairs": []}] if told else []
     assert warned(scene, Code.DILATANCY_LOW) == expected
-    # By a joint's own friction, below the dilatancy that it shares with all.
+    # Here the friction of one joint is too small for the dilatancy, which is the same for all joints.
     less = [mo.Joint(between=("A", "floor"), friction=0.1)]
     scene = block_on_floor().replace(friction=0.5, dilatancy=-0.3, exceptions=less)
     values = {"dilatancy": -0.3, "friction": 0.1, "pairs": [["A", "floor"]]}
@@ -85,7 +86,7 @@ def test_contraction_that_friction_does_not_resist(dilatancy, told):
 
 
 def test_supports_that_touch_nothing():
-    """A fixed block that only another fixed one touches bears nothing; ground below a fill bears it."""
+    """A fixed block without a movable neighbour causes a warning, unless it supports a fill."""
     scene = with_blocks(block_on_floor(), rectangle("idle", 2, 5, 3, 6), rectangle("below", -5, -2, 6, -1))
     assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["idle", "below"]}]
     assert warned(block_on_floor(), Code.IDLE_SUPPORTS) == []
@@ -95,13 +96,14 @@ def test_supports_that_touch_nothing():
     assert warned(scene.replace(fills=[fill]), Code.IDLE_SUPPORTS) == []
 
 
-#: Diagonal of the box round the block on a floor, 11 by 3.
+#: Diagonal of the bounding box of the block and its floor, 11 by 3.
 SIZE = 130**0.5
 
 
 @pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
 def test_blocks_far_from_all_others(times, told):
-    """A support, and a block on a floor of its own: from the right end of the first floor, at x = 6."""
+    """A fixed block, or a block with its own floor, causes a warning if it is more than ten times the size of
+    the other blocks away. The first floor ends at x = 6."""
     left = 6 + times * SIZE
     alone = rectangle("far", left, 0, left + 1, 1)
     group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
@@ -111,7 +113,7 @@ def test_blocks_far_from_all_others(times, told):
         if told:
             assert found[0]["distance"] == pytest.approx(times * SIZE)
             assert found[0]["size"] == pytest.approx(SIZE)
-    # Two floors 9 apart, one of them tiny: far for the tiny one alone.
+    # Two floors are 9 apart, which is far relative to the tiny one, but not relative to the other.
     tiny = [rectangle("B", 15, 0, 15.1, 0.1, weight=1), rectangle("its floor", 15, -0.1, 15.1, 0)]
     assert warned(with_blocks(block_on_floor(), *tiny), Code.FAR_AWAY) == []
 
@@ -150,7 +152,7 @@ def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
     [
         ("live", 590, False),
         ("live", 610, True),
-        ("live", 1e-6, False),  # a unit force, of small units
+        ("live", 1e-6, False),  # a unit force in a small unit
         ("dead", 590, False),
         ("dead", 610, True),
         ("dead", 2 / 2900, False),
@@ -158,7 +160,8 @@ def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
     ],
 )
 def test_forces_of_other_units(load, force, told):
-    """On a block of weight 2, as the others are. A light plate may carry what the others can."""
+    """A force above 300 times the weight of its block, 2, causes a warning, as does a dead force below 1/3000
+    of it. On a light plate, a force that is usual for the other blocks causes none."""
     found = warned(row(2, 2, 2, **{load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
     assert [values["load"] for values in found] == ([load] if told else [])
     if told:
@@ -173,8 +176,8 @@ def test_forces_of_other_units(load, force, told):
     [((0.5, 1.0), None), ((1.0, 2.0), None), ((1.02, 1.0), None), ((1.1, 1.0), 0.1), ((4.0, 6.0), 5.0)],
 )
 def test_forces_that_act_outside_of_their_blocks(load, point, distance):
-    """Of a block 1 by 2: in its middle, on a corner, rounded, beside it, and 3 by 4 off its corner; as the
-    block's own, and by its name."""
+    """Forces on a block 1 by 2 are applied at its middle, on a corner, and 0.02, 0.1 and 5 outside of it. The
+    force is a property of the block, or a load that names the block."""
     if load == "load":
         scene, load = block_on_floor().replace(loads=[mo.Load(block="A", dead=(0, -0.1), at=point)]), "dead"
     else:
@@ -190,7 +193,7 @@ def test_forces_may_act_in_a_notch_and_the_farthest_is_named_first():
     scene = block_on_floor(live_at=(9, 1))
     beside = rectangle("B", 5, 0, 6, 1, weight=1, live=(1, 0), live_at=(0, 0))
     assert warned(scene.replace(blocks=[notched, scene.blocks[1]]), Code.ACTS_OUTSIDE) == []
-    # 8 and 5 away.
+    # The forces are 8 and 5 away from their blocks.
     (found,) = warned(with_blocks(scene, beside), Code.ACTS_OUTSIDE)
     assert found["blocks"] == ["A", "B"]
 
@@ -205,7 +208,8 @@ def test_small_gaps_are_told_with_both_blocks_and_their_width():
 
 
 def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path):
-    """The load factor and the exit code stay what they are."""
+    """Warnings appear in Python, on the command line and in JSON. They change neither the load factor nor the
+    exit code."""
     case = tmp_path / "case.toml"
     mo.save(with_blocks(block_on_floor(friction=35.0), rectangle("idle", 2, 5, 3, 6)), case)
     codes = [Code.FRICTION_HIGH, Code.IDLE_SUPPORTS]
@@ -227,8 +231,8 @@ def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path
 
 
 def on_two_tips(weight=8.0, **of_left):
-    """A slab of 4 by 1/2 on the tips of two fixed stones, 3 apart, pushed along by its weight; a third tip
-    touches its end from behind, and presses on nothing."""
+    """Return a slab, 4 by 1/2, on the tips of two fixed stones 3 apart, pushed sideways by its weight. A
+    third tip touches the end of the slab without pressing on it."""
     slab = rectangle("slab", 0, 2, 4, 2.5, weight=weight, live=(weight, 0))
     tips = {"left": [(0, 1), (1, 1), (0.5, 2)], "right": [(3, 1), (4, 1), (3.5, 2)]}
     tips["behind"] = [(-1, 2), (0, 2.25), (-1, 2.5)]
@@ -241,7 +245,8 @@ def on_two_tips(weight=8.0, **of_left):
     ("method", "weight"), [("coulomb", 8.0), ("static", 8.0), ("static", 8e6), ("nonassociative", 8e6)]
 )
 def test_corners_that_press_where_strength_is_limited(method, weight):
-    """It slides at λ = μ. About the middle below, its centroid 1/4 above: n₂ − n₁ = μ W/4 / (3/2)."""
+    """The warning names the corners that press on edges of limited strength. The slab slides at λ = μ.
+    Moments about the middle of its base, 1/4 below its centroid, yield n₂ − n₁ = μ W/4 / (3/2)."""
 
     def told(scene):
         result = mo.solve(scene, method)
@@ -257,7 +262,7 @@ def test_corners_that_press_where_strength_is_limited(method, weight):
     assert told(on_two_tips(weight)) == []
 
 
-#: A bridge of unit weight 22 with a fill and its backing, by the unit weights of both.
+#: Build a scene with a fill and its backing, for the unit weights of the fill, the backing and the blocks.
 def filled(fill, backing, masonry=22.0, thickness=1.0):
     cubes = [mo.Block(name=f"{n}", vertices=square(n), unit_weight=masonry) for n in range(2)]
     floor = mo.Block(name="floor", vertices=[(-1, -1), (3, -1), (3, 0), (-1, 0)], fixed=True)
@@ -326,8 +331,8 @@ def tied(strength, weight, prestress=0.0):
     ],
 )
 def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
-    """Beside two blocks of weight 1: a strength below 1/100 of one, a prestress below 1/3000 of one, or
-    either above 20 times both."""
+    """For two blocks of weight 1, a warning appears if the strength is below 1/100, the prestress is below
+    1/3000, or either value is above 20 times the sum of the weights."""
     found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
     assert [(values["key"], values["value"], values["weight"]) for values in found] == [
         (key, value, pytest.approx(weight)) for key, value, weight in expected
@@ -335,8 +340,8 @@ def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
 
 
 def arch_with_a_rod(strength, unit_weight):
-    """Fourteen stones of 0.4 m by about 0.35 m between abutments, tied at the springings by a rod in force
-    units of its own: stones weigh about 3 kN, all of them 43 kN, at 22 kN/m³."""
+    """Return an arch of fourteen stones, 0.4 m by about 0.35 m, with a rod that ties its springings. At 22
+    kN/m³, a stone weighs about 3 kN and all stones weigh 43 kN."""
     arch = mo.Arch(span=4.0, rise=2.0, thickness=0.4, voussoirs=14, unit_weight=unit_weight)
     blocks = arch.blocks()
     ends = [blocks[1].name, blocks[-2].name]
@@ -351,11 +356,12 @@ def arch_with_a_rod(strength, unit_weight):
     [(30.0, 22.0, False), (30e3, 22.0, True), (30.0, 22e3, True), (30e3, 22e3, False), (3e3, 2.2e3, False)],
 )
 def test_a_rod_of_30_kn_in_newtons_or_kilonewtons(strength, unit_weight, told):
-    """The last row is 30 kN as 3 t, in kg, beside weights in kg."""
+    """A rod of 30 kN causes a warning only if its unit differs from that of the weights. The last row is in
+    kg."""
     assert bool(warned(arch_with_a_rod(strength, unit_weight), Code.STRENGTH_DIFFERS)) is told
 
 
-#: Unit weights beside 22, or beside the last number, with the units that the warning names.
+#: Unit weights of one block and of all others, and the units that the warning names (None: no warning).
 BESIDE = [
     (2200.0, 22.0, "kg/m³ and kN/m³"),
     (22000.0, 22.0, "N/m³ and kN/m³"),
@@ -379,7 +385,7 @@ BESIDE = [
     "shaped", [lambda scene: scene, lambda scene: scene.replace(thickness=0.5), mo.extrude]
 )
 def test_unit_weights_beside_each_other(own, other, units, shaped):
-    """One block of four; in the plane, with a thickness, and in space."""
+    """One of four blocks has another unit weight. The scene is plane, plane with a thickness, or in space."""
     cubes = [mo.Block(name=f"{n}", vertices=square(2 * n), unit_weight=other) for n in range(3)]
     cubes += [mo.Block(name="own", vertices=square(7), unit_weight=own, live=(1, 0))]
     floor = mo.Block(name="floor", vertices=[(-1, -1), (9, -1), (9, 0), (-1, 0)], fixed=True)
@@ -405,7 +411,8 @@ def test_unit_weights_of_fill_beside_blocks(own, other, units, backing):
 
 
 def test_unit_weights_of_fills_beside_each_other():
-    """Above weightless blocks, the second of three fills is in kg/m³."""
+    """If all blocks are weightless, fills are compared with each other. The second of three fills is in
+    kg/m³."""
     blocks = [mo.Block(name=f"{n}", vertices=square(2 * n), weight=0) for n in range(3)]
     floor = mo.Block(name="floor", vertices=[(-1, -1), (7, -1), (7, 0), (-1, 0)], fixed=True)
     fills = [
@@ -418,7 +425,8 @@ def test_unit_weights_of_fills_beside_each_other():
 
 
 def test_weights_in_the_plane_may_differ_by_thicknesses():
-    """Weights per area of 2 and 22 are those of walls 0.1 and 1 thick; 2200 is a mistake for either."""
+    """Weights per area of 2 and 22 are plausible for walls 0.1 and 1 thick. A weight of 2200 is a mistake in
+    either case. If the scene has a thickness, a weight of 2 is a mistake too."""
     assert warned(row(22, 22, 2, live=(1, 0)), Code.WEIGHTS_DIFFER) == []
     assert [values["blocks"] for values in warned(row(22, 22, 2200, live=(1, 0)), Code.WEIGHTS_DIFFER)] == [
         ["2"]
@@ -430,7 +438,8 @@ def test_weights_in_the_plane_may_differ_by_thicknesses():
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 @pytest.mark.parametrize("weight", [1.0, 1e4, 1e8])
 def test_no_force_is_shown_beyond_its_limit(method, weight):
-    """A solver is as exact as the largest forces of a scene are large: 20.023 for a strength of 20."""
+    """The displayed force of a tie that yields is its strength, 20. The error of a solver grows with the
+    largest force of the scene: for this tie, a solver returned 20.023."""
     result = mo.solve(tied(20.0, weight), method)
     assert result.ties["force"].tolist() == [20.0]
     assert "yields at 20" in str(result)
@@ -440,7 +449,7 @@ def test_no_force_is_shown_beyond_its_limit(method, weight):
 def test_a_force_that_violates_its_limit_is_shown_as_it_is():
     result = mo.solve(tied(20.0, 10.0), "static")
     q = result.solution.q.copy()
-    q[-1] *= 1.01  # the tie's
+    q[-1] *= 1.01  # the last entry is the force of the tie
     found = replace(result.solution.found, q=q)
     frame = tie_frame(result.assembly, replace(result.solution, found=found), Role.TIE)
     assert frame["force"].tolist() == pytest.approx([20.2])
@@ -452,14 +461,15 @@ def test_a_force_that_violates_its_limit_is_shown_as_it_is():
     + [("cohesion", value, value in (0.01, 1e5)) for value in (0.01, 1.0, 200, 1e5)],
 )
 def test_stresses_in_another_unit_than_the_weights(key, value, is_unusual):
-    """A block 2 high of 20 kN/m³ presses with 40 kN/m²: 0.5 and 5e6 are strengths in MPa and Pa."""
+    """A block 2 high of 20 kN/m³ presses with 40 kN/m²: strengths of 0.5 and 5e6 look like MPa and Pa."""
     scene = block_on_floor(weight=40).replace(**{key: value})
     found = warned(scene, Code.STRESS_DIFFERS)
     assert found == ([{"key": key, "value": value, "weight": pytest.approx(40)}] if is_unusual else [])
 
 
 def test_a_low_scene_is_compared_with_a_column_as_high_as_the_scene_is_long():
-    """A block 4 long and 2 high, of 20 kN/m³: a column of 4 presses with 80 kN/m²."""
+    """A block 4 long and 2 high weighs 20 kN/m³. A column as high as the length of 4 presses with 80
+    kN/m²."""
     scene = block_on_floor(width=4, weight=160).replace(strength=5)
     (values,) = warned(scene, Code.STRESS_DIFFERS)
     assert values == {"key": "strength", "value": 5, "weight": pytest.approx(80)}
@@ -469,7 +479,8 @@ def test_a_low_scene_is_compared_with_a_column_as_high_as_the_scene_is_long():
 
 
 def test_axles_in_another_unit_than_the_weights():
-    """CS 454 is in kN and m, so that blocks of 22,000 are in N. The deck weighs 88: 89,000 is too much."""
+    """The axles of CS 454 are in kN and m, so a unit weight of 22,000 looks like N/m³. The deck weighs 88:
+    axles of 89,000, more than 1000 times as much, cause a warning, and 87,000 cause none."""
     deck = rectangle("deck", 0, 0, 4, 1, unit_weight=22)
     piers = [rectangle(f"pier {x}", x, -2, x + 1, 0) for x in (0, 3)]
     road = [(0, 1), (4, 1)]

@@ -1,4 +1,4 @@
-"""Every reason has its sentence, a few word for word; facts of a result by their labels; both in space."""
+"""Every reason has a sentence, results list their facts by labels, and both use the right words in space."""
 
 import json
 import math
@@ -28,7 +28,7 @@ from masonry_opt.solution.reasons import Code, reason, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solvers.registry import SOLVERS
 
-#: A value of each name that a reason has, as ``solve`` gives it.
+#: A value for each name that a reason can have, as in a result of `solve`.
 VALUES = {
     "above": 1.44, "against": False, "associative": 0.6, "backing": True, "beside": "blocks", "carried": 0.4,
     "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
@@ -64,7 +64,7 @@ def test_every_code_has_a_sentence(code):
     assert not re.search(r"[{}]|\bNone\b|Code\.", sentence)
 
 
-#: Codes that only these methods end with, or that stand beside the answers of these methods alone.
+#: Methods whose results can have these codes. All other codes can occur with every method.
 ONLY_OF = {
     Code.NOT_COMPUTED: {"coulomb", "nonassociative", "mpec", "global"},
     Code.NOT_HINGING: {"coulomb"},
@@ -80,7 +80,8 @@ ONLY_OF = {
 @pytest.mark.parametrize("looped", [False, True])
 @pytest.mark.parametrize("code", Code)
 def test_advice_is_possible_and_not_followed_already(code, looped):
-    """No sentence sends a user to the method that ended, to an unknown one, or to an option of neither."""
+    """The advice in a sentence names neither the method that ended nor an unknown method. Each option that it
+    names belongs to the method that ended or to a method that the sentence names."""
     options = {name: set(of.options.model_fields) if of.options else set() for name, of in METHODS.items()}
     for method in ONLY_OF.get(code, METHODS):
         sentence = message([reason(code, **VALUES | {"looped": looped, "exact": False})], method)
@@ -92,7 +93,7 @@ def test_advice_is_possible_and_not_followed_already(code, looped):
             assert max(SOLVER_COUNT[name] for name in [method, *others]) > 1
 
 
-#: By code: reasons whose numbers and names take some making, and the sentence.
+#: Reasons with numbers or names that need formatting, and their sentences, by code.
 WORDS = {
     Code.FALLS: (
         reason(Code.FALLS, blocks=["A", "B"]),
@@ -167,7 +168,8 @@ def with_blocks(*blocks):
 
 
 def test_faces_that_are_not_turned_one_way_are_told():
-    """A tetrahedron one face of which is clockwise seen from outside, the others not; all turned is none."""
+    """A tetrahedron with one face of the wrong orientation causes a warning. A tetrahedron whose faces are
+    all turned inwards causes none."""
     faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 2, 3]]
     corners = [(2, 0, 0), (3, 0, 0), (2, 1, 0), (2, 0, 1)]
     mixed = mo.Solid(name="B", vertices=corners, faces=faces, weight=1)
@@ -179,7 +181,7 @@ def test_faces_that_are_not_turned_one_way_are_told():
 
 
 def test_contact_points_are_no_joints():
-    """A box on a floor has one joint of four points."""
+    """A box on a floor has one joint with four contact points, and messages count the contact points."""
     counted = size_of(assemble(box_on_floor()).problem)
     assert counted == {"contacts": 4}
     (words,) = sentences([reason(Code.NOT_COMPUTED, **counted)])
@@ -199,7 +201,8 @@ def test_the_summary_tells_contact_points_law_and_moments():
 
 
 def test_the_incremental_load_factor_names_its_own_law():
-    """It is that of the cone, as that of the answer beside it, unless that is of polygons."""
+    """The incremental load factor uses the cone of friction. The summary says so only if the answer itself
+    uses the polygon."""
     result = mo.solve(box_on_floor((2, 2, 1), 0.5), "coulomb")
     assert (result.friction_law, result.at_incremental.friction_law) == ("cone", "cone")
     assert "incremental" not in facts(result)["friction"]
@@ -219,7 +222,8 @@ def test_the_incremental_load_factor_names_its_own_law():
     ids=["all dilate", "nothing slides", "no friction"],
 )
 def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
-    """All methods answer one question there, and the same reason proves the answer of each."""
+    """If the flow rule is associative, all methods solve the same problem. The same reason then proves that
+    no state is lower."""
     coulomb, linear = mo.solve(scene, "coulomb"), mo.solve(scene, "static")
     assert coulomb.exact
     assert coulomb.load_factor == pytest.approx(linear.load_factor, rel=1e-6, abs=1e-6)
@@ -229,7 +233,8 @@ def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
 
 
 def table(result):
-    """Return the rows of the table of load factors in a summary: value and remark by name."""
+    """Return the rows of the table of load factors in a summary: a dictionary from the name to the value and
+    remark."""
     rows = [re.split(r" {2,}", line.strip()) for line in result.summary.splitlines() if line.startswith("  ")]
     return {row[0]: tuple(row[1:]) for row in rows if len(row) == 3}
 
@@ -240,7 +245,8 @@ def with_load_factor(result, load_factor):
 
 
 def test_the_summary_leads_with_three_load_factors(no_proof):
-    """λ = 1.5 μ and 2.5 μ by hand; the incremental one lies between, and none is called the collapse load."""
+    """By hand, the lowest λ is 1.5 μ and the associative one is 2.5 μ, for μ = 0.1. The incremental λ is the
+    second row, and no row is called the collapse load."""
     result = mo.solve(two_blocks(), "coulomb")
     rows = table(result)
     assert list(rows) == ["lowest found", "incremental", "associative"]
@@ -253,7 +259,7 @@ def test_the_summary_leads_with_three_load_factors(no_proof):
 
 
 def test_a_proof_replaces_the_remark_on_starts():
-    """λ = 1.5 μ by hand is the least load factor, whatever forces the state has."""
+    """By hand, λ = 1.5 μ is the least load factor, for any self-stress of the state."""
     result = mo.solve(two_blocks(), "coulomb")
     value, remark = table(result)["least, proven"]
     assert float(value) == pytest.approx(0.15, rel=1e-5)
@@ -273,7 +279,8 @@ def test_other_methods_lead_with_their_own_load_factor(no_proof):
 
 
 def test_a_state_above_the_end_of_the_load_history_is_not_called_the_lowest(no_proof):
-    """Differences by rounding do not count."""
+    """A state above the incremental load factor is called "found". A difference by rounding does not
+    count."""
     result = mo.solve(two_blocks(), "coulomb")
     assert next(iter(table(with_load_factor(result, (1 + 1e-8) * result.incremental)))) == "lowest found"
     above = table(with_load_factor(result, 0.2))
@@ -315,7 +322,8 @@ def test_an_incremental_load_factor_within_a_range_is_told_with_both_ends():
 
 
 def test_friction_is_not_named_where_it_does_not_act():
-    """A block pressed straight down onto a floor: the joint presses ever harder."""
+    """A block is pressed straight down onto a floor, so that only the compression of the joint grows with the
+    load."""
     for method in ("coulomb", "incremental", "nonassociative"):
         result = mo.solve(pressed_down(), method)
         assert result.status is mo.Status.UNLIMITED
@@ -325,7 +333,8 @@ def test_friction_is_not_named_where_it_does_not_act():
 
 
 def test_a_tilted_ground_is_said_with_each_load_factor():
-    """A block on a plane slides at tan α = μ."""
+    """If the ground tilts, the load factor is also printed as an angle. A block on a slope slides at tan α =
+    μ."""
     scene = block_on_floor(friction=0.3, live=(0, 0)).replace(tilt="left")
     result = mo.solve(scene, "static")
     assert "tilted to the left" in result.summary.splitlines()[1]
@@ -333,7 +342,8 @@ def test_a_tilted_ground_is_said_with_each_load_factor():
 
 
 def test_which_law_crushes_joints_is_said_with_every_load_factor():
-    """The parabola itself or chords; and of a Coulomb answer that what stands beside it crushes alike."""
+    """Three crushing laws have three descriptions: the exact parabola, chords of the parabola, and the law of
+    the Coulomb answer. A scene without a strength has none."""
     weak = block_on_floor().replace(joints={"strength": 8.0})
     how = (("static", {}), ("static", {"solver": "highs"}), ("coulomb", {}))
     said = {facts(mo.solve(weak, method, **options))["crushing"] for method, options in how}
@@ -342,7 +352,8 @@ def test_which_law_crushes_joints_is_said_with_every_load_factor():
 
 
 def test_nothing_moves_in_a_state_that_its_certificate_does_not_bear_out():
-    """Of a pebble on a boulder of 10⁸ times its weight: in words, numbers, pictures and pages."""
+    """If a certificate rejects a state, the result reports no motion: neither in words, tables and JSON nor
+    in pictures and pages. The scene is a pebble on a boulder of 10⁸ times its weight."""
     scene = pebble(1e4, push_both=False)(CASES)
     failed = mo.solve(scene, "nonassociative", start="cohesive", remedies="slope")
     assert failed.status is mo.Status.SOLVER_FAILED
@@ -360,13 +371,13 @@ def test_nothing_moves_in_a_state_that_its_certificate_does_not_bear_out():
     assert " disabled" in slider
 
 
-#: A zero with a sign, and one of what is said to be many.
+#: Patterns of two mistakes: a zero with a minus sign, and a plural after the number 1.
 SIGNED = re.compile(r"(?<![\w.])-0(\.0*)?(e[+-]\d+)?(?![\w.])")
 MANY = re.compile(r"(?<![\d.e+-])1 (?!is\b|was\b|has\b|hinges\b|slides\b|crushes\b|moves\b|opens\b)[a-z]+s\b")
 
 
 SCENES = {
-    # Coordinates below zero, and a sign before each zero.
+    # The mirrored scene has negative coordinates, and every zero has a minus sign.
     "mirrored": lambda: mapped(two_blocks(), mirrored, lambda v: (-v[0], v[1] or -0.0)),
     "no friction": lambda: block_on_floor(friction=0.0),
     "slides": lambda: block_on_floor(4, 2, 0.5),
@@ -389,7 +400,8 @@ def test_results_have_no_signed_zero_and_count_one_as_one(name, method):
 
 
 def test_a_load_factor_of_many_digits_is_short(tmp_path):
-    """λ = 0.5 · 10²⁴ exactly: eight digits and a power of ten, in words as in JSON."""
+    """For λ = 0.5 · 10²⁴, texts contain fewer than twelve digits in a row and a power of ten. JSON contains
+    the exact number."""
     scene = block_on_floor(live=(1e-24, 0.0))
     result = mo.solve(scene, "static")
     assert result.load_factor == pytest.approx(0.5e24, rel=1e-6)

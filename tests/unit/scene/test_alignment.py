@@ -1,4 +1,5 @@
-"""Contacts that are parallel, square or in one line within the accuracy of a drawing become so exactly."""
+"""Contacts that are parallel, perpendicular or collinear within the accuracy of a drawing are aligned
+exactly."""
 
 import math
 from dataclasses import replace
@@ -18,7 +19,8 @@ from masonry_opt.solution.reasons import Code
 
 
 def two_blocks(rise: float, tolerance: float | None) -> mo.Scene:
-    """README's two blocks: A under B on a floor, one upper corner of A too high by the rise."""
+    """Return the two blocks of the README: A under B on a floor, with one upper corner of A too high by the
+    rise."""
     pushed = mo.Block(name="A", vertices=[(2, 0), (5, 0), (5, 1), (2, 1 + rise)], weight=1, live=(1, 0))
     above = mo.Block(name="B", vertices=[(0, 1), (3, 1), (3, 2), (0, 2)], weight=1)
     floor = mo.Block(name="floor", vertices=[(2, -1), (9, -1), (9, 0), (2, 0)], fixed=True)
@@ -29,7 +31,7 @@ def two_blocks(rise: float, tolerance: float | None) -> mo.Scene:
 
 
 def wedge(rise: float, tolerance: float | None = None) -> mo.Scene:
-    """The two blocks with a common bed that rises from 1 at x = 5 to the rise above 1 at x = 2."""
+    """Return the two blocks with an inclined common bed. Its height is 1 at x = 5 and 1 + rise at x = 2."""
     at_middle = 1 + 2 * rise / 3
     outline = [(2, 0), (5, 0), (5, 1), (3, at_middle), (2, 1 + rise)]
     pushed = mo.Block(name="A", vertices=outline, weight=1, live=(1, 0))
@@ -43,7 +45,7 @@ def wedge(rise: float, tolerance: float | None = None) -> mo.Scene:
 
 
 def ring(voussoirs: int, tolerance: float | None = None) -> mo.Scene:
-    """A semicircular ring of radius 1 and thickness 0.2."""
+    """Return a semicircular ring of radius 1 and thickness 0.2."""
     blocks = mo.Arch(radius=1, angles=(180, 0), thickness=0.2, voussoirs=voussoirs, unit_weight=1).blocks()
     return mo.Scene(joints={"friction": 0.7}, blocks=blocks, tolerance=tolerance)
 
@@ -54,7 +56,8 @@ def joints_of(scene: mo.Scene) -> Joints:
 
 @pytest.mark.parametrize("rise", [1e-6, 1e-4, 1e-3, -1e-4, -1e-3])
 def test_a_corner_too_high_does_not_change_three_load_factors(rise: float) -> None:
-    """Known of the exact drawing: 0.15 and 0.25 by hand, 0.188 by explicit dynamics of its contacts."""
+    """The load factors of the exact drawing are 0.15 and 0.25 by hand, and 0.188 by explicit dynamics of its
+    contacts."""
     result = mo.solve(two_blocks(rise, 3 * abs(rise)))
     known = pytest.approx([0.15, 0.188, 0.25], rel=3e-3)
     assert [result.load_factor, result.incremental, result.associative] == known
@@ -67,7 +70,8 @@ def test_a_corner_too_high_does_not_change_three_load_factors(rise: float) -> No
 @pytest.mark.parametrize("kind", ["wall", "stack", "arch"])
 @pytest.mark.parametrize("seed", range(1_250_000, 1_250_004))
 def test_exact_drawings_keep_every_digit(kind: str, seed: int) -> None:
-    """So do their copies turned by an angle, whose coordinates are off by rounding."""
+    """No joint of an exact drawing is turned or moved, nor any of its rotated copy, whose coordinates have
+    rounding errors."""
     scene = random_scene(kind, seed)
     for drawn in (scene, mapped(scene, turned(0.3), turned(0.3))):
         joints = joints_of(drawn)
@@ -76,7 +80,7 @@ def test_exact_drawings_keep_every_digit(kind: str, seed: int) -> None:
 
 
 def leaning_columns(count: int) -> mo.Scene:
-    """Columns of two blocks, each on a support of its own and at an angle of its own."""
+    """Return columns of two blocks, each on its own support and with its own inclination."""
     blocks = []
     for number, angle in enumerate(np.random.default_rng(0).uniform(-0.1, 0.1, count).tolist()):
         for level in (-1, 0, 1):
@@ -127,7 +131,8 @@ def test_an_aligned_wall_has_two_directions_and_the_lines_of_the_exact_one() -> 
 @pytest.mark.parametrize("error", [1e-5, 1e-3])
 @pytest.mark.parametrize("seed", [1_250_005, pytest.param(1_250_042, marks=pytest.mark.slow)])
 def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> None:
-    """Without alignment the lowest load factor of some copies is 8, 11 or 55 % above the exact wall's."""
+    """Copies with errors have the load factors of the exact wall, up to ten times the error. Without
+    alignment, the lowest load factor of some copies is 8, 11 or 55 % too high."""
     scene = random_scene("wall", seed)
     exact, copy = mo.solve(scene), mo.solve(with_errors(scene, error, 1))
     assert copy.load_factor == pytest.approx(exact.load_factor, rel=10 * error)
@@ -137,11 +142,11 @@ def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1_250_000, 1_250_001])
 def test_load_factors_in_space_stand_small_errors(seed: int) -> None:
-    """Without alignment copies of the first scene have a lowest load factor up to 21 % too high.
+    """Without alignment, copies of the first scene have a lowest load factor up to 21 % too high.
 
-    The further starts of either drawing may lead to a state that those of the other miss: on the second scene
-    the copy has 1.29493 by default, and the exact drawing 1.30094, or 1.29502 by a search of five seconds.
-    Both are therefore compared without further starts too.
+    The further starts of one drawing may lead to a state that the starts of the other miss. In the second
+    scene, the copy has 1.29493 by default. The exact drawing has 1.30094, or 1.29502 by a search of five
+    seconds. Both are therefore also compared without further starts.
     """
     scene = random_scene_in_space("boxes", seed)
     with_error = with_errors(scene, 1e-4, 1)
@@ -163,14 +168,15 @@ def test_nothing_turns_or_moves_beyond_the_accuracy(kind: str, error: float) -> 
 
 @pytest.mark.parametrize("voussoirs", [20, 40, 60])
 def test_an_arch_is_not_straightened(voussoirs: int) -> None:
-    """Joints are 180°/n apart. Their accuracies, tolerance over thickness, sum to nearly so much."""
+    """The angle between neighbouring joints is 180°/n, and 90 % of it is the sum of their accuracies,
+    tolerance over thickness."""
     apart = math.pi / voussoirs
     joints = joints_of(ring(voussoirs, 0.45 * apart * 0.2))
     assert joints.turn == pytest.approx(0, abs=1e-15)
 
 
 def test_alignment_does_not_depend_on_axes_order_or_scale() -> None:
-    """Of a copy that is turned, mirrored, numbered anew and three times as large."""
+    """A copy that is rotated, mirrored, renumbered and three times as large is aligned in the same way."""
     drawn = with_errors(random_scene("wall", 1_250_005), 1e-3, 0)
     order = np.random.default_rng(0).permutation(len(drawn.blocks)).tolist()
 

@@ -1,4 +1,4 @@
-"""Case files: read, written back, the same in Python; what is wrong in them ends in one clear message."""
+"""Case files survive reading and writing, and each mistake in them ends in one clear message."""
 
 import json
 import math
@@ -145,7 +145,8 @@ TIE = '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]'
 JOINT = '[[joint]]\nbetween = ["A", "{}"]\n'
 FALLS, COURSES = JOINT.format("base") + "dilatancy_stress = [2, 1]", 'courses = ["H"]\ncourse = { G = [1] }'
 
-#: What is written in place of what, or after it, in a good case file, and words of the message.
+#: A text in a valid case file, its replacement, and words of the error message. If the text is empty, the
+#: replacement is appended.
 WRONG_CASES = {
     "duplicate name": ('"base"', '"A"', ["no. 1 and no. 2", "'A'", "rename"]),
     "infinite": ("[1.0, 0.0]", "[inf, 0.0]", ["block no. 1 ('A')", "live[0]", "inf"]),

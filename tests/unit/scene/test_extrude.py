@@ -1,4 +1,4 @@
-"""Scenes in the plane as scenes in space: what is kept of them, and what is refused."""
+"""Scenes in the plane are extruded into space with their shapes and properties, or refused."""
 
 import pytest
 import shapely
@@ -46,10 +46,11 @@ def test_solids_are_the_polygons_with_a_thickness(name, thickness):
     assert [block.name for block in space.blocks] == [block.name for block in plane.blocks]
     for index, block in enumerate(space.in_space()):
         parts, flat = block.polyhedra, shapely.transform(shapes.polygons[index], lambda p: p + shapes.origin)
-        # Seen from the front: the shape of all cuts across y.
+        # The projection along y is the shape of all cuts across y.
         drawn = [shapely.MultiPoint(part.vertices[:, [0, 2]]).convex_hull for part in parts]
         assert shapely.union_all(drawn).symmetric_difference(flat).area <= 1e-9 * flat.area
-        # Parts do not overlap, are convex, and turned outwards: each encloses its outline times the depth.
+        # Parts do not overlap. They are convex with outward normals: the volume of each is the area of its
+        # outline times the depth.
         assert sum(polygon.area for polygon in drawn) == pytest.approx(flat.area, rel=1e-9)
         for part, polygon in zip(parts, drawn, strict=True):
             assert volume(part) == pytest.approx(polygon.area * depth, rel=1e-9)
@@ -58,8 +59,8 @@ def test_solids_are_the_polygons_with_a_thickness(name, thickness):
 
 
 def test_properties_of_joints_are_kept_and_cohesion_in_total():
-    """Of a scene 0.5 thick: cohesion 0.8 a unit of area of joints 0.5 thick, which in solids 0.2 thick take
-    0.8 × 0.5 / 0.2. (Weights and loads: tests of loads in space.)"""
+    """The total cohesion of a joint is preserved: 0.8 per unit of area in a scene 0.5 thick becomes 0.8 × 0.5
+    / 0.2 in solids 0.2 thick. Weights and loads are covered by the tests of loads in space."""
     plane = on_floor(
         mo.Block(name="A", vertices=L_SHAPE, unit_weight=6, live=(1, 0.5)),
         mo.Block(name="B", vertices=[(0, 3), (1, 3), (1, 4)], weight=2),
@@ -83,7 +84,7 @@ def test_properties_of_joints_are_kept_and_cohesion_in_total():
     assert space.exceptions == [plane.exceptions[0], weak]
     assert (space.title, space.source, space.tolerance) == ("a stone", "by hand", 1e-5)
     assert (space.thickness, space.reference) == (1, {})
-    # By default as thick as the scene: the properties are those given.
+    # By default, the solids are as thick as the scene, and all properties stay the same.
     as_thick = mo.extrude(plane)
     assert as_thick.joints.cohesion == 0.8
     assert as_thick.in_space()[0].corners()[:, 1].max() == 0.5
@@ -91,7 +92,8 @@ def test_properties_of_joints_are_kept_and_cohesion_in_total():
 
 @pytest.mark.parametrize(("side", "expected"), [("right", (0.8, 0, 0.6)), ("left", (-0.8, 0, -0.6))])
 def test_a_tilt_is_to_the_side_it_was(side, expected):
-    """A quarter turn from gravity, (0.6, -0.8)."""
+    """The direction of the tilt is at a right angle to gravity, (0.6, -0.8), on the same side as in the
+    plane."""
     plane = block_on_floor(live=(0, 0)).model_copy(update={"tilt": side, "gravity": (3.0, -4.0)})
     space = mo.extrude(plane, 3)
     assert space.tilt_direction == pytest.approx(expected, rel=1e-14)
@@ -114,7 +116,8 @@ def test_a_thickness_is_a_positive_number(thickness):
 
 
 def test_what_belongs_in_the_plane_is_in_space_or_no_shape_is_refused():
-    """Of the plane are all keys that scenes of solids refuse: see the tests of solids."""
+    """Edge loads, scenes in space and outlines that cross themselves cannot be extruded. The tests of solids
+    cover all other keys that only scenes in the plane have."""
     load = mo.EdgeLoad(start=(0, 2), end=(1, 2), pressure=1)
     with pytest.raises(mo.OptionError, match="'edge_load'"):
         mo.extrude(block_on_floor().replace(edge_loads=[load]))

@@ -1,7 +1,8 @@
-"""The tolerance that messages advise joins and aligns at once: following the advice leaves none to follow.
+"""The tolerance that a message advises both closes gaps and aligns joints, so that no second advice follows.
 
-Each drawing is README's two blocks with one corner off. The exact drawing has 0.15 (lowest) and 0.25
-(associative) by hand, and 0.188 (incremental) by explicit dynamics of its contacts.
+Each drawing is the two blocks of the README with an error at one corner. The load factors of the exact
+drawing are 0.15 (lowest) and 0.25 (associative) by hand, and 0.188 (incremental) by explicit dynamics of its
+contacts.
 """
 
 import math
@@ -23,12 +24,13 @@ from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 
 Outlines = dict[str, list[list[float]]]
 
-#: Block and corner that is off. Corners of A and B on their common bed, on A's bed and on B's support.
+#: Block and corner with the error: corners of A and B on their common bed, on the bed of A and on the support
+#: of B.
 CORNERS = [("A", 0), ("A", 1), ("A", 2), ("A", 3), ("B", 0), ("B", 1)]
 
 
 def outlines(block: str, corner: int, error: float) -> Outlines:
-    """Return the corners of the two blocks and their supports, one corner too high by an error."""
+    """Return the corners of the two blocks and their supports. One corner is too high by an error."""
     drawn: Outlines = {
         "A": [[2, 0], [5, 0], [5, 1], [2, 1]],
         "B": [[0, 1], [3, 1], [3, 2], [0, 2]],
@@ -86,7 +88,7 @@ def test_advice_for_a_corner_too_high_or_too_low(corner: tuple[str, int], error:
 
 @pytest.mark.parametrize("error", [1e-4, -1e-4])
 def test_advice_along_a_slanted_bed(error: float) -> None:
-    """All is turned by 17°, gravity too."""
+    """The scene is rotated by 17°, together with gravity."""
 
     def drawing(tolerance: float | None) -> mo.Scene:
         slanted = mapped(scene_of(outlines("A", 2, error), tolerance), turned(0.3), turned(0.3))
@@ -99,7 +101,8 @@ def test_advice_along_a_slanted_bed(error: float) -> None:
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 @pytest.mark.parametrize("error", [1e-3, 1e-4, -1e-4, -1e-3])
 def test_advice_in_space(error: float, method: str) -> None:
-    """The exact drawing's lowest load factor is lower than in the plane, as blocks may also turn."""
+    """In space, the lowest load factor of the exact drawing is lower than in the plane, because blocks can
+    rotate about any axis."""
     exact = solved(mo.extrude(scene_of(outlines("A", 2, 0.0), None)), method, incremental=True).load_factor
     assert exact == pytest.approx({"coulomb": 0.149, "static": 0.25}[method], rel=1e-3)
     result, _ = as_advised(lambda tolerance: mo.extrude(scene_of(outlines("A", 2, error), tolerance)), method)
@@ -107,9 +110,9 @@ def test_advice_in_space(error: float, method: str) -> None:
 
 
 def completed(read: mo.Scene, up: int) -> mo.Scene:
-    """Return a scene read from a drawing with the loads and the joint that a drawing does not have.
+    """Return a scene read from a drawing, with the loads and the joint that a drawing does not contain.
 
-    ``up`` is the vertical axis. The blocks are told apart by where they are.
+    ``up`` is the vertical axis. Each block is identified by its position.
     """
     middle = assemble(read, floating=True).geometry
     at = middle.centroid + middle.origin
@@ -143,7 +146,7 @@ def test_advice_for_drawings(error: float, tmp_path) -> None:
 
 @pytest.mark.parametrize("error", [1.2345678e-3, -1.2345678e-4])
 def test_advice_for_meshes(error: float, tmp_path) -> None:
-    """Coordinates of nine digits, of which the reader cannot guess how exact they are."""
+    """The coordinates have nine digits, so the reader cannot infer their accuracy from the digits."""
     blocks = {name: prism(corners, 1.0) for name, corners in outlines("A", 2, error).items()}
     (tmp_path / "blocks.obj").write_bytes(obj(blocks))
 
@@ -159,7 +162,7 @@ def test_advice_for_meshes(error: float, tmp_path) -> None:
 @pytest.mark.parametrize("error", [1e-4, 1e-3])
 @pytest.mark.parametrize("seed", [7_310_002, 7_310_005])
 def test_advice_for_walls_whose_corners_are_all_off(seed: int, error: float) -> None:
-    """Compared with the exact wall."""
+    """With the advised tolerance, the load factor is that of the exact wall, up to ten times the error."""
     scene = random_scene("wall", seed)
     noisy = with_errors(scene, error, 1)
     result, tolerance = as_advised(lambda tolerance: noisy.replace(tolerance=tolerance))
@@ -168,7 +171,7 @@ def test_advice_for_walls_whose_corners_are_all_off(seed: int, error: float) -> 
 
 
 def test_advice_in_space_where_all_corners_are_off() -> None:
-    """Faces that are not flat are named first, with the tolerance that also joins the blocks."""
+    """The first message is about faces that are not flat, and its tolerance also joins the blocks."""
     scene = random_scene_in_space("boxes", 7_310_003)
     noisy = with_errors(scene, 1e-4, 1)
     result, _ = as_advised(lambda tolerance: noisy.replace(tolerance=tolerance), "static")

@@ -1,4 +1,5 @@
-"""Joints found from the geometry of blocks of any shape, what is refused or repaired, and convex pieces."""
+"""Joints are found from the geometry of blocks of any shape, impossible geometry raises errors, and pieces
+are convex."""
 
 import re
 
@@ -38,7 +39,7 @@ def scene(*blocks, **more):
     return mo.Scene(**{"joints": {"friction": 0.5}, "blocks": [*blocks, FLOOR]} | more)
 
 
-#: Of a scene in the plane itself, and its like in space.
+#: A scene in the plane, and its extrusion in space.
 IN_BOTH = [lambda scene: scene, mo.extrude]
 
 
@@ -73,7 +74,8 @@ def test_orientation_and_straight_or_repeated_corners_do_not_matter():
 
 
 def test_joint_properties_come_from_defaults_and_from_exceptions_for_every_joint_of_a_pair():
-    """A portal, which has two joints with the floor, and a square beside it."""
+    """An exception changes both joints of a portal with the floor. The joints of a square next to the portal
+    keep the defaults."""
     portal = stone([(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)])
     special = mo.Joint(between=("floor", "A"), friction=0.9, cohesion=2, strength=9)
     usual = {"friction": 0.5, "strength": 7}
@@ -133,8 +135,8 @@ def test_blocks_in_impossible_places_are_refused_by_name(blocks, message, shaped
 )
 @pytest.mark.parametrize("shift", [0.0, 2000.0])
 def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_shallow(left, rounded, shift):
-    """B over the right end of A, by 1 - left: its middle lies half of that left of x = 1, at half height.
-    Sliver or not is a matter of its least width, which is the overlap."""
+    """Block B overlaps the right end of A by 1 - left, with the middle of the overlap at half height. The
+    message blames rounding only if the least width of the overlap is below 0.01."""
     blocks = [square("A", shift, 0), square("B", shift + left, 0)]
     ground = [(shift - 5, -1), (shift + 5, -1), (shift + 5, 0), (shift - 5, 0)]
     floor = mo.Block(name="floor", vertices=ground, fixed=True)
@@ -170,14 +172,15 @@ def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(g
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 2e-2])
 @pytest.mark.parametrize("share", [1.1, 2.5])
 def test_a_bed_that_gapes_at_one_end_is_a_small_gap_and_no_meeting_of_corners(tolerance, share, shaped):
-    """B touches A at its left corner, and stands up by share · tolerance at its right one, a length of 1."""
+    """B touches A at its left corner. At its right corner, at a distance of 1, the gap is share ·
+    tolerance."""
     gap = share * tolerance
     stones = [square("A", 0, 0), stone([(0, 1), (1, 1 + gap), (1, 2), (0, 2)], "B")]
     wall = square("wall", 1, 0, 2, fixed=True)
     found = contacts_of(shaped(scene(*stones, wall, tolerance=tolerance)))
     assert (found.gaps, found.without_normal) == ({(0, 1): pytest.approx(gap, rel=1e-3)}, [])
     assert ("A", "B") in pairs(scene(*stones, wall, tolerance=gap))
-    # Alone, B is refused for the gap that it stands above.
+    # Without the wall, B has no joint, and the error names the gap below it.
     with pytest.raises(mo.CaseError, match=rf"'B' touches no other block: its neighbour 'A' is .*{gap:.2g}"):
         contacts_of(shaped(scene(*stones, tolerance=tolerance)))
 
@@ -188,7 +191,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
     )
     shapes = [geometry(scene(block)) for block in (stone(L_SHAPE), as_parts)]
     for shape in shapes:
-        # Two squares beside two squares: (2·1 + 2·0.5)/4 and (2·0.5 + 2·2)/4.
+        # The L is two rectangles of area 2: its centroid is at (2·1 + 2·0.5)/4 and (2·0.5 + 2·2)/4.
         assert shape.size[0] == pytest.approx(4.0)
         assert shape.centroid[0] + shape.origin == pytest.approx([0.75, 1.25])
         assert not shape.convex[0]
@@ -205,7 +208,7 @@ def test_a_stone_in_a_notch_touches_its_three_sides():
     joints = contacts_of(scene(notch, stone([(2, 1), (4, 1), (4, 3), (2, 3)], "B")))
     of_stone = joints.first + joints.second == 1
     assert sorted(joints.extent[of_stone]) == pytest.approx([1.0, 1.0, 2.0])
-    # Into the notched block, A: down from below the stone, and outwards from its sides.
+    # Normals point into the notched block A: downwards below the stone, and outwards at its two sides.
     assert joints.normal[of_stone].sum(axis=0) == pytest.approx([0, -1])
 
 
@@ -225,8 +228,10 @@ def test_a_corner_on_an_edge_is_a_joint_without_length(turned):
 
 @pytest.mark.parametrize("shaped", IN_BOTH, ids=["plane", "space"])
 def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there(shaped):
-    """In space edge along edge."""
-    # Four corners of a stack bond: each of the two diagonal pairs is held by the others, or by one of them.
+    """Two blocks that meet only at a corner cause a warning, unless another block connects them. In space,
+    edges meet along their length."""
+    # In a stack bond, four corners meet. Each diagonal pair is connected by the other two blocks, or by one
+    # of them.
     stack = [square("A", 0, 0), square("D", 1, 1), square("B", 1, 0), square("C", 0, 1)]
     for held in (stack, stack[:3]):
         assert contacts_of(shaped(scene(*held))).without_normal == []
@@ -239,9 +244,9 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there(shaped):
 
 
 def test_an_overlap_of_sides_that_are_not_parallel_is_closed_by_a_contact_tolerance():
-    """A tolerance that makes the sides parallel would be larger than a hundredth of the block, like mortar.
+    """To make the sides parallel, a tolerance would have to exceed a hundredth of the block, like mortar.
 
-    The block slides on a joint that is tilted by half of the angle, .004, so λ = tan(atan .5 ± .004).
+    The block slides on a joint that is tilted by half of the angle, 0.004, so λ = tan(atan 0.5 ± 0.004).
     """
     upper = stone([(0, 0.992), (1, 1), (1, 2), (0, 2)], "B", live=(1, 0))
     overlapping = scene(square("A", 0, 0, fixed=True, weight=None), upper)
@@ -256,15 +261,15 @@ FRAME = shapely.box(0, 0, 3, 3).difference(shapely.box(1, 1, 2, 2))
 
 
 def star(points, seed):
-    """A polygon with random notches, convex nowhere near."""
+    """Return a star-shaped polygon with random notches."""
     rng = np.random.default_rng(seed)
     angle = np.sort(rng.uniform(0, 2 * np.pi, points))
     radius = rng.uniform(0.2, 1, points)
     return shapely.Polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
 
 
-#: A polygon and the most pieces: the fewest there are, or what Hertel and Mehlhorn's bound gives, one more
-#: than twice the corners that turn inwards; those of a hole with one more cut.
+#: A polygon and an upper limit of its number of pieces. The limit is the least possible number, or the bound
+#: of Hertel and Mehlhorn: one more than twice the number of reflex corners, with one more cut for a hole.
 POLYGONS = {
     "triangle": (shapely.Polygon([(0, 0), (1, 0), (0, 1)]), 1),
     "a convex one": (shapely.Point(0, 0).buffer(1), 1),
@@ -296,7 +301,7 @@ def test_pieces_are_convex_and_make_up_the_whole(name):
 
 
 def test_what_is_thinner_than_the_tolerance_is_no_piece():
-    """A flag on a pole of width 1e-4."""
+    """A flag is on a pole of width 1e-4. A tolerance of 1e-3 leaves out the pole."""
     flag = shapely.union_all([shapely.box(0, 0, 1e-4, 2), shapely.box(1e-4, 1, 1, 2)])
     assert len(convex_pieces(flag, 1e-6)) == 2
     (piece,) = convex_pieces(flag, 1e-3)

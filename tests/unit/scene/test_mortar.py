@@ -1,4 +1,4 @@
-"""Stones drawn without their mortar: their joints, load factors, and the messages about the gaps."""
+"""Stones drawn without their mortar: their joints, their load factors, and messages about the gaps."""
 
 import math
 import re
@@ -17,8 +17,8 @@ from masonry_opt.solution.reasons import Code
 
 IN_BOTH = pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 
-#: Ten courses of two bricks of 240 × 65 mm. λ is that of the bricks as solids, whose contacts the program
-#: found across gaps before it did so in the plane.
+#: Ten courses of two bricks of 240 × 65 mm. STATIC is the load factor of the bricks as solids, whose contacts
+#: are found by other code.
 WALL = facade(2, 10, length=0.24)
 STATIC = 0.57919
 
@@ -51,7 +51,8 @@ FLOOR = rectangle("floor", (-2, 6), (-1, 0), fixed=True)
 @IN_BOTH
 @pytest.mark.parametrize("tolerance", [0.01, 0.0101, 0.015])
 def test_bricks_with_mortar_have_all_their_joints(shaped, tolerance: float) -> None:
-    """λ is that of the bricks as solids. A gap exactly as wide as the contact tolerance is closed too."""
+    """The load factor is that of the bricks as solids. A gap exactly as wide as the contact tolerance is
+    closed too."""
     scene = shaped(WALL.replace(contact_tolerance=tolerance))
     found = contacts_of(scene)
     assert (len(found.first), found.gaps, found.lost) == (53, {}, {})
@@ -75,14 +76,15 @@ def test_joints_are_projections_of_edges_and_corners_stay() -> None:
 
 
 def test_a_tolerance_as_large_as_the_mortar_loses_no_joint_of_parallel_edges() -> None:
-    """It moves joints by up to half the tolerance to align them: λ within 2 %."""
+    """The tolerance moves joints by up to half of its value to align them, so λ agrees only within 2 %."""
     scene = WALL.replace(tolerance=0.0101)
     assert len(contacts_of(scene).first) == 53
     assert static(scene) == pytest.approx(STATIC, rel=0.02)
 
 
 def test_bricks_with_mortar_are_as_strong_as_bricks_that_touch() -> None:
-    """The bricks that touch are larger by half the mortar, with the same weights: λ within 2 %."""
+    """The bricks that touch are larger by half the mortar but have the same weights, so λ agrees only within
+    2 %."""
     touching = drawn_to_touch(WALL)
     assert len(contacts_of(touching).first) == 53
     assert static(WALL.replace(contact_tolerance=MORTAR)) == pytest.approx(static(touching), rel=0.02)
@@ -93,7 +95,8 @@ def test_bricks_with_mortar_are_as_strong_as_bricks_that_touch() -> None:
 def test_voussoirs_with_uniform_gaps_are_exactly_as_strong_as_voussoirs_that_touch(
     gap: float, count: int
 ) -> None:
-    """Joints are the radii of the whole ring: statics and the lowest load factor agree to rounding."""
+    """With and without gaps, the joints are radii of the ring, so the static and the lowest load factor agree
+    to rounding."""
     tolerance, joints, blocks = advised(message(voussoirs(count, gap)))
     assert (joints, blocks) == (count + 1, count)
     assert gap < tolerance <= 1.1 * gap
@@ -130,7 +133,7 @@ def test_lengths_in_millimetres() -> None:
     [(1.0, 0.215, 40, 0.065), (0.5, 0.215, 20, 0.065), (0.3, 0.1025, 12, 0.065), (2.0, 0.4, 80, 0.065)],
 )
 def test_rectangular_bricks_in_an_arch_have_all_their_joints(ring: tuple[float, float, int, float]) -> None:
-    """The gaps are wedges of up to 15°; voussoirs that fill the gaps have λ within 2 %."""
+    """The gaps are wedges of up to 15°. λ agrees within 2 % with that of voussoirs that fill the gaps."""
     count = ring[2]
     tolerance, joints, blocks = advised(message(brick_ring(*ring)))
     assert (joints, blocks) == (count + 1, count)
@@ -141,7 +144,8 @@ def test_rectangular_bricks_in_an_arch_have_all_their_joints(ring: tuple[float, 
 
 
 def test_the_message_about_a_facade_keeps_its_promise() -> None:
-    """One message closes all gaps: number of joints and blocks, in the plane and as solids, and λ of both."""
+    """One message closes all gaps, with the announced numbers of joints and blocks. In the plane and as
+    solids, the façade has the same joints and the same λ."""
     tolerance, joints, blocks = advised(message(ARCHED))
     assert blocks == sum(not block.fixed for block in ARCHED.blocks)
     closed = ARCHED.replace(contact_tolerance=tolerance)
@@ -149,12 +153,14 @@ def test_the_message_about_a_facade_keeps_its_promise() -> None:
     assert (len(found.first), found.gaps) == (joints, {})
     solids = mo.extrude(closed)
     assert len(contacts_of(solids).first) == joints
-    # The plane joins segments of one pair of stones within a twentieth of the gap, which solids keep.
+    # The plane merges segments of one pair of stones within a twentieth of the gap, but solids keep them
+    # separate.
     assert static(closed) == pytest.approx(static(solids), rel=1e-3)
 
 
 def test_a_tolerance_that_leaves_joints_open_names_them() -> None:
-    """The mortar of the wall is closed, the wedges of the arch are not: the warning names all of them."""
+    """The tolerance closes the mortar of the wall but not the wedges of the arch. The warning names all
+    wedges, and its advice closes them."""
     (warning,) = mo.solve(ARCHED.replace(contact_tolerance=MORTAR), "static").warnings
     assert warning.code is Code.SMALL_GAPS
     assert warning.values["option"] == "contact_tolerance"
@@ -167,7 +173,8 @@ def test_a_tolerance_that_leaves_joints_open_names_them() -> None:
 
 @pytest.mark.slow
 def test_a_facade_of_1500_stones_is_as_strong_as_its_solids() -> None:
-    """Four arches, five footings: the plane and the solids share no code that finds contacts."""
+    """The façade has four arches and five footings. The plane and the solids find contacts by different code,
+    and their λ agree within 0.3 %."""
     arches = tuple(Arch(x, 15, 0.5, 21) for x in (1.04, 2.86, 4.68, 6.5))
     scene = facade(30, 56, arches)
     assert len(scene.blocks) == 1481
@@ -194,13 +201,14 @@ def solids() -> mo.Scene:
     [(growing, None, 4), (growing, 0.11, 3), (solids, None, 4), (solids, 0.11, 4), (solids, 0.31, 4)],
 )
 def test_gaps_that_grow_are_closed_in_one_round(shaped, tolerance: float | None, added: int) -> None:
-    """By hand: the stack tips about (1, 0.05), so λ (0.55 + 1.67 + 2.8 + 3.94) = 4 · 0.5."""
+    """By hand, the stack overturns about (1, 0.05), so λ (0.55 + 1.67 + 2.8 + 3.94) = 4 · 0.5."""
     said = message(shaped().replace(tolerance=tolerance))
     value, joints, blocks = advised(said)
     assert value == 0.141
     assert "'stone 3' and 'stone 4'" in said
     assert ("remove 'tolerance'" in said) is (tolerance is not None)
-    # In the plane a tolerance of 0.11 closes the first gap. In space all faces are narrower than ten of it.
+    # In the plane, a tolerance of 0.11 closes the first gap. In space it closes none, because all faces are
+    # narrower than ten times the tolerance.
     assert (joints, blocks) == (added, added)
     result = mo.solve(shaped().replace(contact_tolerance=value))
     assert [result.load_factor, result.associative] == pytest.approx([2 / 8.96] * 2, rel=1e-6)
@@ -234,7 +242,8 @@ def test_copies_of_different_size_and_stones_drawn_into_one_another(shaped) -> N
 
 @IN_BOTH
 def test_no_joint_reaches_through_a_third_block(shaped) -> None:
-    """A tile of 0.02 between two stones, with mortar of 0.002: the stones face each other only through it."""
+    """A tile of 0.02 is between two stones, with mortar of 0.002. The stones get no joint through the
+    tile."""
     stones = [rectangle("A", (0, 1), (0, 1)), rectangle("B", (0, 1), (1.024, 2))]
     tile = rectangle("tile", (0, 1), (1.002, 1.022), fixed=True)
     scene = shaped(scene_of(FLOOR, *stones, tile, contact_tolerance=0.03))
@@ -251,7 +260,8 @@ def test_a_corner_above_an_edge_is_no_joint_across_mortar() -> None:
 
 
 def test_joints_that_a_large_tolerance_loses_are_named() -> None:
-    """Two bricks of 65 mm side by side: faces narrower than ten tolerances are no joint."""
+    """Two bricks of 65 mm are side by side. Faces narrower than ten times the tolerance form no joint, and a
+    warning says so."""
     bricks = [rectangle("A", (0, 0.25), (0, 0.065)), rectangle("B", (0.26, 0.51), (0, 0.065))]
     scene = mo.extrude(scene_of(FLOOR, *bricks, tolerance=0.0101))
     (warning,) = mo.solve(scene, "static").warnings
@@ -265,7 +275,8 @@ def test_joints_that_a_large_tolerance_loses_are_named() -> None:
 @pytest.mark.parametrize("option", ["tolerance", "contact_tolerance"])
 @IN_BOTH
 def test_head_joints_wider_than_the_option_are_named(shaped, option: str) -> None:
-    """Beds of 10 mm are closed and head joints of 12 mm are not: three of each of four courses are named."""
+    """The option closes beds of 10 mm but not head joints of 12 mm. The warning names the three head joints
+    of each of four courses."""
     bricks = [
         rectangle(f"{row}-{n}", (left, left + 0.25), (0.01 + 0.075 * row, 0.075 * (row + 1)))
         for row in range(4)
@@ -274,7 +285,7 @@ def test_head_joints_wider_than_the_option_are_named(shaped, option: str) -> Non
     ]
     scene = shaped(scene_of(FLOOR, *bricks, **{option: 0.0101}))
     warnings = mo.solve(scene, "static").warnings
-    # A tolerance as large as mortar has a warning of its own.
+    # A tolerance as large as the mortar causes another warning.
     bridged = [warning for warning in warnings if warning.code is Code.BRIDGED_BY_TOLERANCE]
     assert bool(bridged) == (option == "tolerance")
     (warning,) = [warning for warning in warnings if warning not in bridged]
@@ -292,7 +303,8 @@ def test_a_block_too_far_away_is_named_beside_the_gaps() -> None:
 
 @pytest.mark.parametrize("chords", [(14, 14), (14, 24)])
 def test_parallel_arcs_in_chords_are_one_line_across_mortar(chords: tuple[int, int]) -> None:
-    """A cap on a vault, 20 mm apart: one arc of 60° about the middle of the gap, and λ as without the gap.
+    """A cap and a vault, 20 mm apart, form one arc of 60° at the middle of the gap. λ is that without the
+    gap, within 2 %.
 
     The rise of the chords is 3.5 % of the gap.
     """
@@ -334,7 +346,8 @@ def test_the_joint_of_an_exception_may_be_across_mortar() -> None:
 @pytest.mark.parametrize("pressure", [{"pressure": False}, {"friction_angle": 30, "mobilised": 0.5}])
 @pytest.mark.parametrize("count", [15, 16])
 def test_fill_on_an_arch_lies_on_its_mortar_too(count: int, pressure: dict[str, float]) -> None:
-    """With 16 voussoirs the gap at the crown is upright. λ is that of the arch drawn to touch."""
+    """The fill also covers the gaps, so λ is that of the arch drawn to touch. With 16 voussoirs, the gap at
+    the crown is vertical."""
     earth = mo.Fill(road=[(-1.2, 1.6), (1.2, 1.6)], unit_weight=2, **pressure)
     touching, apart = (
         voussoirs(count, gap, contact_tolerance=gap or None, fills=[earth]) for gap in (0.0, 0.02)
@@ -344,7 +357,8 @@ def test_fill_on_an_arch_lies_on_its_mortar_too(count: int, pressure: dict[str, 
 
 @pytest.mark.parametrize("gap", [0.0, 0.01, 0.05])
 def test_an_edge_load_pushes_stones_and_mortar(gap: float) -> None:
-    """By hand: a load of 1 per length tips a stack of height h = 4 - gap, weight 4: λ h · 2 = 4 · 0.5."""
+    """By hand, a load of 1 per length overturns a stack of height h = 4 - gap and weight 4: λ h · 2 = 4 ·
+    0.5."""
     stones = [
         rectangle(f"{k}", (0, 1), (k + gap / 2, k + 1 - gap / 2)).replace(
             live_per_weight=(0, 0), weight=1, unit_weight=None

@@ -1,4 +1,5 @@
-"""Values in Python: wrong ones end in a case file's messages; records with others are solved or refused."""
+"""Wrong values in Python raise the errors of case files, and records with changed values are solved or
+refused."""
 
 import inspect
 import math
@@ -20,7 +21,7 @@ def block(**values):
     return mo.Block(**({"name": "A", "vertices": TRIANGLE, "weight": 1} | values))
 
 
-#: What is called, and of each line of the message what must be in it.
+#: A call, and for each line of its error message the words that the line must contain, separated by "…".
 WRONG_CALLS = {
     "missing keys": (lambda: mo.Block(weight=1), "Block: … 'name'"),
     "no names": (lambda: mo.Block("A", TRIANGLE), "Block: … name, vertices, parts"),
@@ -164,14 +165,16 @@ def changes(**others: object) -> dict[str, object]:
         ({"cohesion": 0.02, "joints": {"friction": 0.3}}, 0.32),
         (changes(), 0.8),
         (changes(friction=0.3), 0.6),
-        ({"blocks": {"A": {"unit_weight": 2.0}}}, 1.6),  # in place of the weight
-        ({"block": [*BLOCK.replace(blocks={"A": {"live": (2.0, 0.0)}}).blocks]}, 0.2),  # by the alias
+        ({"blocks": {"A": {"unit_weight": 2.0}}}, 1.6),  # replaces the weight
+        # the key of case files
+        ({"block": [*BLOCK.replace(blocks={"A": {"live": (2.0, 0.0)}}).blocks]}, 0.2),
         ({"loads": [mo.Load(block="A", dead=(0, -1))]}, 0.8),
         ({"exceptions": [mo.Joint(between=("A", "floor"), friction=0.1)]}, 0.1),
     ],
 )
 def test_a_scene_with_other_values_is_solved_with_these(keys, load_factor):
-    """A block of weight W that slides, λ H = μ W + c L (L = 1), after the same scene has been solved."""
+    """A block of weight W slides at λ H = μ W + c L, with L = 1. The original scene is solved first, and its
+    result must not be reused."""
     assert mo.solve(BLOCK, "static").load_factor == pytest.approx(0.4, rel=1e-6)
     other = BLOCK.replace(**keys)
     assert BLOCK.model_copy(update=keys) == other

@@ -1,4 +1,5 @@
-"""Generators of solids: vaults by closed forms, walls in bond along a plan, and what is refused."""
+"""Generators of solids: vaults are compared with closed forms, walls along a plan are bonded, and wrong keys
+raise errors."""
 
 from itertools import pairwise
 from math import cos, hypot, pi, radians, sin
@@ -47,7 +48,8 @@ def test_a_barrel_of_one_stone_is_an_arch_extruded(keys):
 @pytest.mark.parametrize(("stone", "pieces"), [(1.0, (3, 4)), (0.8, (4, 5)), (2.0, (2, 2))])
 @pytest.mark.parametrize("keys", [{}, {"skewbacks": 0.5, "rise": 0.8}])
 def test_stones_of_a_barrel_fill_it_and_lie_in_bond(stone, pieces, keys):
-    """Upright joints are sections of the arch: one less than stones a voussoir; beds as the vault."""
+    """A barrel of many stones has the volume, weight and beds of the barrel of one stone a voussoir. Each
+    voussoir has one head joint less than stones, with the area of the arch section."""
     whole, cut = (assembled(mo.Barrel(**BARREL | keys, stone=each)) for each in (None, stone))
     assert cut.geometry.size.sum() == pytest.approx(whole.geometry.size.sum())
     weights = [sum(block.weight or 0 for block in each.scene.blocks) for each in (whole, cut)]
@@ -59,7 +61,8 @@ def test_stones_of_a_barrel_fill_it_and_lie_in_bond(stone, pieces, keys):
     assert cut.joints.extent.sum() == pytest.approx(beds + heads)
     stacked = assembled(mo.Barrel(**BARREL | keys, stone=stone, bond="stacked"))
     assert stacked.joints.extent.sum() == pytest.approx(beds + sum(section[: len(rows)]) * (pieces[0] - 1))
-    # In bond no upright joint meets another at a bed: these are cut at the joints of both sides.
+    # In running bond, the head joints of neighbouring rows do not meet, and both cut the bed into more
+    # joints.
     beds_of = [(np.abs(each.joints.normal[:, 1]) <= 0.5).sum() for each in (cut, stacked)]
     assert beds_of[0] > beds_of[1]
 
@@ -67,8 +70,8 @@ def test_stones_of_a_barrel_fill_it_and_lie_in_bond(stone, pieces, keys):
 @pytest.mark.parametrize("keys", [{}, {"springing": 20}, {"oculus": 0.5}, {"oculus": 0.5, "springing": 10}])
 @pytest.mark.parametrize("bond", ["running", "meridians"])
 def test_a_dome_is_whole(bond, keys):
-    """Volume: a section swept round the axis between flat faces, n sin(2π/n) ∫∫ ρ dA. Joints: beds of n
-    trapezoids, and voussoirs' own sections, half (r₂² - r₁²) sin Δ each."""
+    """The volume is that of a section swept around the axis between flat faces: n sin(2π/n) ∫∫ ρ dA. The
+    joints are beds of n trapezoids, and sections of voussoirs with the area (r₂² - r₁²) sin(Δ) / 2 each."""
     made = mo.Dome(**DOME, bond=bond, **keys)
     assembly = assembled(made)
     inner, outer, rings, n = 1.85, 2.15, 4, 16 if bond == "running" else 8
@@ -92,17 +95,18 @@ def test_a_dome_is_whole(bond, keys):
     assert moving(assembly, assembly.geometry.size) == pytest.approx(volume)
     sides = rings * 8 * (outer**2 - inner**2) / 2 * sin(step)
     assert assembly.joints.extent.sum() == pytest.approx(sum(beds) + sides)
-    # Corners of neighbours coincide: each bed between rings is one trapezoid a sector.
+    # Corners of neighbours coincide, so each bed between rings is one trapezoid per sector.
     each = 2 if bond == "running" else 1
-    foot = each if first else 1  # a level foot is one plane
+    foot = each if first else 1  # a horizontal foot is one plane
     joints = rings * 8 + 8 * (each * (rings - 1) + foot + (0 if "oculus" in keys else each))
     assert len(assembly.joints.first) == joints
 
 
 @pytest.mark.parametrize("rise", [1.2, 2.0, 3.0])
 def test_a_groin_vault_is_whole(rise):
-    """Each of eight legs is the half arch between the groin, y = x, and the end of the barrel, y = 3: of a
-    piece of section dA it has 3 - x, of beds as much of each dx. At the crown two legs share a joint."""
+    """Each of eight legs is half of the arch between the groin, y = x, and the end of the barrel, y = 3. At
+    each x the leg is 3 - x long, which determines its volume and its beds. At the crown, two legs share a
+    joint."""
     assembly = assembled(mo.Groin(**GROIN | {"rise": rise}))
     arch = mo.Arch(span=4.0, rise=rise, thickness=0.4, voussoirs=10, unit_weight=1.0)
     half = [shapely.Polygon(block.vertices) for block in arch.blocks()[5:10]]
@@ -166,7 +170,7 @@ ON_TOP = {"name": "s", "at": [0, 0, 9], "diameter": 1, "sides": 8, "height": 2, 
 
 
 def loaded(folder, **tables):
-    """A case file of a small dome, and other tables."""
+    """Return the scene of a case file with a small dome and other tables."""
     path = folder / "dome.toml"
     path.write_text(tomli_w.dumps({"joints": {"friction": 0.6}, "dome": SMALL} | tables))
     return mo.load(path)
@@ -218,8 +222,8 @@ CROSS = [wall("a", (0, 0), (10.3, 0)), wall("b", (5.2, -5.15), (5.2, 6))]
 DOOR = {"at": 4, "width": 2, "height": 2}
 WINDOW = {"at": 1, "width": 1.5, "height": 1, "sill": 1, "bearing": 0.5}
 
-#: Of each its plan's area and the length of its outline, and what openings take: volume, area of the foot,
-#: and of all faces what they add.
+#: For each plan: its area, the length of its outline, and the effects of its openings. The effects are the
+#: volume that they remove, the foot that they remove, and the change of the outside area.
 FILLED = {
     "straight": (plan(MAIN), 10, 22, ()),
     "corner": (plan(CORNER), 14, 30, ()),
@@ -232,19 +236,19 @@ FILLED = {
     "two leaves": (plan(CORNER | {"leaves": 2}), 28, 32, ()),
     "headers": (plan(CORNER | {"leaves": 2}, headers=2), 28, 32, ()),
     "two leaves and one": (plan(MAIN | {"leaves": 2}, wall("stem", (5, 0), (5, 6)), headers=3), 25, 34, ()),
-    # 2 · 2 of a door two courses high; gone are two faces and the foot, new are jambs and soffit.
+    # A door of 2 by 2 removes two faces and a part of the foot, and adds two jambs and a soffit.
     "door": (plan(MAIN | {"openings": [DOOR]}), 10, 22, (4, 2, -8 + 4 + 2 - 2)),
     "window": (plan(MAIN | {"openings": [WINDOW]}), 10, 22, (1.5, 0, -3 + 2 + 3)),
     "both": (plan(MAIN | {"openings": [DOOR, WINDOW]}), 10, 22, (5.5, 2, -4 + 2)),
-    # As far along x in the one leg as along y in the other, which are different places.
+    # One door is as far from the corner along x as the other is along y.
     "both legs": (plan(CORNER | {"openings": [DOOR | {"at": 2}, DOOR | {"at": 10}]}), 14, 30, (8, 4, -8)),
 }
 
 
 @pytest.mark.parametrize("name", FILLED)
 def test_blocks_fill_the_walls_and_touch_wherever_they_meet(name):
-    """Faces are outside, or in one joint with as much of another: the area of all joints is half of what all
-    blocks have beyond the walls' own outside, and the foot."""
+    """Each face of a block is outside or in a joint with a face of another block. The area of all joints is
+    therefore half of the inner faces of all blocks, plus the foot."""
     made, foot, outline, openings = FILLED[name]
     volume, of_foot, faces = openings or (0, 0, 0)
     assembly = assemble(mo.Scene(joints={"friction": 0.6}, blocks=made.blocks()))
@@ -257,7 +261,7 @@ def test_blocks_fill_the_walls_and_touch_wherever_they_meet(name):
     assert made.size >= len(sizes)
 
 
-#: Plans whose lengths are all multiples of half a block, and others: length and thickness of a block, axes.
+#: Plans, some with lengths that are multiples of half a block: length and thickness of a block, and walls.
 BONDED = [
     (2, 1, [MAIN, wall("stem", (5.5, 0), (5.5, 6))]),
     (2, 1, CROSS),
@@ -290,7 +294,8 @@ def test_no_upright_joint_goes_on_in_the_next_course(length, thickness, walls):
 
 
 def test_blocks_are_as_long_as_given_but_for_pieces_at_ends_and_crossings():
-    """A wall of 10.25 blocks of 1 and a closer: the last block of every other course is longer by it."""
+    """A wall of length 10.2 has blocks of length 1. The last block of each course takes up the remainder of
+    0.2."""
     made = plan(wall("w", (0, 0), (10.2, 0)), block=(1.0, 1.0), thickness=0.5)
     lengths = [round(np.ptp(block.box[0]), 9) for block in made.blocks()[:-1]]
     assert lengths[:10] == [1] * 9 + [1.2]
@@ -300,7 +305,7 @@ def test_blocks_are_as_long_as_given_but_for_pieces_at_ends_and_crossings():
 def test_blocks_are_named_by_wall_course_and_number_and_placed():
     made = plan(MAIN | {"openings": [DOOR]}, name="west", at=(10, 20, 30))
     blocks = {block.name: block for block in made.blocks()}
-    # Under a lintel that bears a block's half, 3 to 7, in the third course.
+    # The lintel in the third course, from 3 to 7, has a bearing of half a block on each side of the door.
     (lintel,) = [block for block in blocks.values() if np.ptp(block.box[0]) == 4]
     assert lintel.name == "west main 3-3"
     assert lintel.box == ((13, 17), (19.5, 20.5), (32, 33))

@@ -1,4 +1,5 @@
-"""Tables of results in space, against closed forms of a box on a floor and equilibrium by hand."""
+"""Tables of results in space are compared with closed forms of a box on a floor, and with equilibrium by
+hand."""
 
 import json
 import math
@@ -16,7 +17,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 
-#: Programs of one box leave less; cones are round, so that directions of slip are known to its root.
+#: Tolerances of comparisons. The residuals of a program of one box are below 1e-6. Cones are round, so the
+#: direction of slip is accurate only to the square root of the residual.
 EXACT, ROUND = {"rel": 1e-6, "abs": 1e-6}, {"rel": 1e-4, "abs": 1e-4}
 
 
@@ -30,9 +32,9 @@ def moves(result):
 
 
 def test_a_pushed_box_slides_along_the_push():
-    """At λ = μ under W = 1. The live load does the work |f_L| = 1, so the slip is 1, along the push, and
-    opens by μ times that. The resultant passes through the centroid's line of action: μ h/2 off the
-    middle."""
+    """A box of weight 1 slides at λ = μ. The live load does work at the rate 1, so the slip is 1, along the
+    push, and the joint opens by μ. Moment equilibrium places the resultant μ h/2 from the middle of the
+    joint."""
     result = mo.solve(pushed_box((1, 2, 0.5), 0.6, 30), "static")
     assert result.load_factor == pytest.approx(0.6, **EXACT)
     push = np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0])
@@ -57,13 +59,15 @@ def test_a_pushed_box_slides_along_the_push():
 
 
 def test_a_tall_box_turns_about_its_edge():
-    """At λ = a/h, at the rate 2/h about the edge at x = a, where its weight and the push pass."""
+    """A box of width a and height h overturns at λ = a/h. It turns at the rate 2/h about its edge at x = a,
+    through which the resultant passes."""
     result = mo.solve(box_on_floor((0.5, 2, 2), 0.6), "static")
     assert result.load_factor == pytest.approx(0.25, **EXACT)
     joint = result.joints.iloc[0]
     assert vectors(joint, "w") == pytest.approx([0, 1, 0], **EXACT)
     assert joint[["rotation", "slip", "torsion"]].to_numpy(float) == pytest.approx([1, 0, 0], **EXACT)
-    assert joint["opening"] == pytest.approx(0.25, **EXACT)  # of the centroid, half a width off
+    # at the centroid of the joint, half a width from the edge
+    assert joint["opening"] == pytest.approx(0.25, **EXACT)
     assert vectors(joint, "a") == pytest.approx([0.5, 1, 0], **EXACT)
     assert vectors(joint, "p") == pytest.approx([0.5, 1, 0], **EXACT)
     assert vectors(result.blocks.iloc[0], "v") == pytest.approx([1, 0, 0.25], **EXACT)
@@ -79,7 +83,8 @@ def test_a_tall_box_turns_about_its_edge():
 
 
 def test_a_twisted_box_slips_round_its_middle():
-    """All corners of a square are a/√2 from the middle, so any share of W gives the torsion μ W a/√2."""
+    """All corners of a square are a/√2 from its middle. The limit of the torsion is therefore μ W a/√2 for
+    any distribution of the weight W over the corners."""
     result = mo.solve(box_on_floor((1, 1, 1), 0.6, live=(0, 0, 0), live_moment=(0, 0, 1)), "static")
     assert result.load_factor == pytest.approx(0.6 / math.sqrt(2), **EXACT)
     joint, points = result.joints.iloc[0], result.contacts
@@ -95,13 +100,13 @@ def test_a_twisted_box_slips_round_its_middle():
 
 
 def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
-    """A plate that turns about a point 10 beside its corner: one end slips along a corner of the polygon, the
-    other 7.5° off, along a side. By sides both ends slip alike, and open alike by dilatancy; by cones the
-    other would open .9 % more, and the plate hinge."""
+    """A plate turns about a point 10 from its corner. One end slips towards a corner of the friction polygon,
+    the other 7.5° from there, along a side. With the polygon, dilatancy opens both ends alike, and the joint
+    slides. With the cone, one end would open 0.9 % more, and the joint would also hinge."""
     length = 10 * math.tan(math.radians(7.5))
     assembly = assemble(box_on_floor((length, 0.01, 0.1), 0.9))
     problem = assembly.problem
-    # About the x axis by so much that a point of the base opens by 0.9 of its slip along x.
+    # The rotation about the x axis opens a point of the base by 0.9 times its slip along x.
     turn, arm = np.array([0.9, 0.0, 1.0]), np.array([length / 2, 10.005, 0.05])
     d = np.concatenate([np.cross(turn, arm), problem.length_unit * turn])
     found = certified(problem, 0.0, np.zeros(problem.B.shape[1]), d, problem.friction)
@@ -112,8 +117,8 @@ def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
 
 @pytest.mark.parametrize("method", ["static", pytest.param("coulomb", marks=pytest.mark.slow)])
 def test_resultants_balance_weight_and_load_of_each_block(method):
-    """Forces, and moments about the centroid: the resultant where it acts, and torsion, are all of a
-    joint."""
+    """The resultants of the joints balance the loads on each block: forces, and moments about the centroid.
+    Each joint contributes its resultant at the point of action, and its torsion."""
     result = mo.solve(corner_wall(2, 2, 3), method)
     problem, joints = result.assembly.problem, result.joints
     acts = np.where(joints[["px"]].isna(), vectors(joints), vectors(joints, "p"))
@@ -128,7 +133,8 @@ def test_resultants_balance_weight_and_load_of_each_block(method):
 
 
 def test_which_law_holds_is_told():
-    """Across a side, 7.5° off an axis of the contact, the polygon has cos(π/24) of the cone's friction."""
+    """In the direction normal to a side, 7.5° from an axis of the contact, the polygon has cos(π/24) times
+    the friction of the cone. Each result names its law."""
     scene = pushed_box((2, 2, 1), 0.5, 7.5)
     cone, polygon = mo.solve(scene, "static"), mo.solve(scene, "static", solver="highs")
     assert (cone.friction_law, polygon.friction_law) == ("cone", "polygon of 24 sides")
@@ -153,15 +159,16 @@ def test_json_has_the_same_keys_and_contact_points():
 
 
 def ridge(name, x):
-    """A fixed prism with an edge along y at height 0."""
+    """Return a fixed prism with an edge along y at height 0."""
     vertices = [(x + dx, y, z) for y in (-1.0, 2.0) for dx, z in ((-0.1, -1.0), (0.1, -1.0), (0.0, 0.0))]
     faces = [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]]
     return mo.Solid(name=name, vertices=vertices, faces=faces, fixed=True)
 
 
 def test_a_box_on_two_edges_turns_about_one():
-    """Ridges 0.4 apart under a box 1 high: at λ = 0.4 it turns about the farther one at the rate 2/h, and
-    leaves the other at 2/h times their distance."""
+    """A box of height h = 1 on ridges 0.4 apart overturns at λ = 0.4. It turns about the ridge in the
+    direction of the push at the rate 2/h. At the other ridge, it opens by 2/h times the distance of the
+    ridges."""
     box = mo.box("A", (-1, 1), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
     scene = mo.Scene(joints={"friction": 0.6}, blocks=[box, ridge("left", -0.2), ridge("right", 0.2)])
     result = mo.solve(scene, "static")
@@ -182,7 +189,8 @@ def test_a_box_on_two_edges_turns_about_one():
 
 
 def test_an_answer_short_of_the_solver_s_tolerance_is_told_and_as_good_as_it_gets():
-    """No solver comes to 1e-15: the state where it stopped, not one of a looser tolerance, is the answer."""
+    """No solver reaches a tolerance of 1e-15. The answer is the state at which the solver stopped, not a
+    state computed with a looser tolerance."""
     result = mo.solve(corner_wall(2, 2, 3), "static", tolerance=1e-15)
     assert [reason.code for reason in result.reasons] == [Code.STOPPED_SHORT]
     assert result.certificate.complementarity < 1e-10

@@ -1,4 +1,4 @@
-"""Where equilibrium alone fixes all forces, one load factor above zero is proven to be the only one."""
+"""If equilibrium alone determines all forces, one load factor above zero is proven to be the only one."""
 
 import math
 
@@ -13,7 +13,7 @@ from masonry_opt.reporting.load_factors import LEAST, own_name
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.thresholds import same
 
-#: Load factors by hand: see the comments of the case files.
+#: Load factors by hand, which the comments of the case files derive.
 DETERMINATE = {"buttress": 4 / 3, "dam_overturns": 2.028, "dam_slides": 1.17}
 
 
@@ -40,15 +40,16 @@ def test_indeterminate_forces_prove_nothing(no_proof: None) -> None:
 
 
 def test_a_load_factor_of_no_collapse_is_not_proven() -> None:
-    """The block slides at 0.3: no condition is at yield at 0.2, and one is violated at 0.4."""
+    """The block slides at λ = 0.3. No condition is at yield at 0.2, and one condition is violated at 0.4."""
     problem = assemble(block_on_floor(friction=0.3)).problem
     assert [is_only_load_factor(problem, λ) for λ in (0.2, 0.3, 0.4)] == [False, True, False]
 
 
 def test_a_block_that_slides_under_any_load_refutes_the_claim() -> None:
-    """One block overturns at 0.5; a wedge on a slope of tan α = μ slides under any multiple of its weight.
+    """A tower overturns at λ = 0.5, and a wedge on a slope of tan α = μ slides under any multiple of its
+    weight.
 
-    So every load factor from 0 on is one of collapse, though equilibrium fixes all forces.
+    Every load factor from 0 on is therefore one of collapse, although equilibrium determines all forces.
     """
     slope = 0.25
     tower = mo.Block(name="tower", vertices=rectangle(0, 1, 0, 2), weight=1, live=(1, 0))
@@ -67,7 +68,8 @@ def test_a_block_that_slides_under_any_load_refutes_the_claim() -> None:
 
 
 def test_a_tie_at_its_strength_under_any_load_refutes_the_claim() -> None:
-    """A weight of 1 hangs from a tie of strength 1, beside a block that slides at 0.3."""
+    """A weight of 1 hangs from a tie of strength 2 or 1, next to a block that slides at λ = 0.3. With a
+    strength of 1, the tie yields at every λ, so 0.3 is not the only load factor."""
     sliding = mo.Block(name="A", vertices=rectangle(0, 1, 0, 2), weight=1, live=(1, 0))
     hanging = mo.Block(name="hung", vertices=rectangle(7, 8, 0, 1), weight=1)
     beam = mo.Block(name="beam", vertices=rectangle(7, 8, 3, 4), fixed=True)
@@ -82,7 +84,8 @@ def test_a_tie_at_its_strength_under_any_load_refutes_the_claim() -> None:
 
 @pytest.mark.parametrize("seed", range(7_320_000, 7_320_006))
 def test_a_second_program_finds_no_lower_state(seed: int) -> None:
-    """Stacks of two to eight stones; a mixed-integer program looks for states below the proven one."""
+    """For stacks of two to eight stones, a mixed-integer program looks for states below the proven load
+    factor."""
     scene = random_scene("stack", seed)
     result = mo.solve(scene, incremental=False)
     if not result.solution.is_only_state:

@@ -1,7 +1,7 @@
-"""The certificate recomputed from a result's JSON alone: nothing else of the package is read.
+"""The certificate can be recomputed from the JSON of a result alone, without any other part of the package.
 
-Sums of forces and moments, yield conditions, flow rule and energy are written out here once more, from the
-documented meaning of the keys. Residuals are compared with the certificate's, which are below 1e-8.
+The sums of forces and moments, yield conditions, flow rule and energy are written here again, according to
+the documented meaning of the keys. The residuals agree with those of the certificate, which are below 1e-8.
 """
 
 import json
@@ -14,13 +14,13 @@ import pytest
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
 
-#: Residuals of exact states, and of associative programs solved to 1e-9, in units of the loads.
+#: Bounds of the residuals of exact states, and of associative programs solved to 1e-9, relative to the loads.
 EXACT, SOLVED = 1e-8, 1e-6
 
 
 def wall_under_fill() -> mo.Scene:
-    """Two stacks under a fill that presses on both sides, tied to each other, with loads at a point and along
-    an edge; joints cohere."""
+    """Return two stacks that are tied to each other under a fill, which presses on both sides. The loads act
+    at a point and along an edge, and the joints have cohesion."""
     blocks = [
         mo.Block(name="left", vertices=rectangle(0, 1, 0, 2), unit_weight=20.0, live=(3.0, -1.0)),
         mo.Block(name="left top", vertices=[(0, 2), (1, 2), (1, 3.2), (0, 3)], unit_weight=20.0),
@@ -45,7 +45,7 @@ def wall_under_fill() -> mo.Scene:
 
 
 def tied_boxes() -> mo.Scene:
-    """Two boxes on each other in space, pushed askew and held by a rod to the ground."""
+    """Return two boxes in space, one on the other, pushed obliquely and tied to the ground by a rod."""
     blocks = [
         mo.Solid(name="lower", box=[[0, 2], [0, 1.5], [0, 1]], unit_weight=18.0, live=(2.0, 1.0, 0.0)),
         mo.Solid(name="upper", box=[[0.2, 1.8], [0.1, 1.3], [1, 2.2]], weight=20.0, live=(3.0, -0.5, 0.2)),
@@ -66,7 +66,8 @@ def vector(row: dict[str, Any], *names: str) -> np.ndarray:
 
 
 def pulls(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
-    """Both blocks, point and force on the first block, of ties, props and pressures of fill."""
+    """Return both blocks, the point and the force on the first block, for all ties, props and fill
+    pressures."""
     axes = "xyz" if "contact_results" in told else "xy"
     rows = told.get("tie_results", []) + told.get("pressure_results", [])
     at, unit = [*axes], [f"u{axis}" for axis in axes]
@@ -76,7 +77,8 @@ def pulls(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray]]
 
 
 def presses(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
-    """Both blocks, point and force on the first block, of joints; in the plane with the moment about it."""
+    """Return both blocks, the point, and the force and moment on the first block, for all joints. In space,
+    each contact point has an entry without a moment."""
     if "contact_results" in told:
         forces = ("fx", "fy", "fz")
         return [
@@ -99,7 +101,7 @@ def turning(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def out_of_balance(told: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Sum of all forces on each block, then of all moments about its centroid."""
+    """Return the sum of all forces and of all moments about the centroid, for each block."""
     space = "contact_results" in told
     axes, moments = ("xyz", ["mx", "my", "mz"]) if space else ("xy", ["moment"])
     names = [*(f"f{axis}" for axis in axes), *moments]
@@ -120,7 +122,7 @@ def out_of_balance(told: dict[str, Any]) -> dict[str, np.ndarray]:
 
 
 def least_slack(told: dict[str, Any]) -> float:
-    """Least slack of friction, of no tension, of rocking and of limited forces."""
+    """Return the least slack of all limits: friction, tension, rocking and limited forces."""
     slacks = []
     for row in told.get("contact_results", told["joint_results"]):
         slacks.append(row["n"])
@@ -135,7 +137,7 @@ def least_slack(told: dict[str, Any]) -> float:
 
 
 def weights(told: dict[str, Any], dimension: int) -> np.ndarray:
-    """Sizes of the dead loads of the blocks."""
+    """Return the size of the dead load of each block."""
     names = [f"dead_f{axis}" for axis in "xyz"[:dimension]]
     return np.array([np.linalg.norm(vector(row, *names)) for row in told["block_results"]])
 
@@ -161,7 +163,7 @@ def test_forces_balance_and_respect_every_limit(make, method, within):
 
 
 def test_without_the_pressure_of_fill_forces_do_not_balance():
-    """The check can fail: the table of pressures is what balances the blocks."""
+    """Without the table of pressures, the check of equilibrium fails."""
     told = read(wall_under_fill(), "coulomb")
     assert len(told["pressure_results"]) >= 3
     pushed = sum(row["force"] for row in told["pressure_results"])
@@ -171,7 +173,8 @@ def test_without_the_pressure_of_fill_forces_do_not_balance():
 
 
 def test_weights_are_those_of_the_vertices():
-    """By the shoelace formula; the left stone has no other dead load but its fill's, which is level."""
+    """The dead load of the left stone is its weight, with the area from the shoelace formula. The fill
+    presses on its sides only, and the pressures have a table of their own."""
     told = read(wall_under_fill(), "static")
     row = next(row for row in told["block_results"] if row["block"] == "left")
     x, y = np.array(row["vertices"]).T
@@ -181,8 +184,8 @@ def test_weights_are_those_of_the_vertices():
 
 
 def test_flow_rule_and_energy_from_json():
-    """The mechanism of the wall: joints open by no less than the flow rule asks of their slip, work is lost
-    nowhere but in what moves at yield, and the power of all loads is what yielding dissipates."""
+    """The mechanism of the wall satisfies the flow rule: joints open at least by the dilatancy times their
+    slip. The power of all loads equals the dissipation in joints, ties and fill that yield."""
     told = read(wall_under_fill(), "coulomb")
     speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
     λ, power, dissipated = told["load_factor"], 0.0, 0.0

@@ -1,4 +1,4 @@
-"""A state and its certificate; what a result says of joints and blocks, by one table of thresholds."""
+"""Results report the motion of joints and blocks by common thresholds, and each state has one certificate."""
 
 import json
 import pickle
@@ -39,8 +39,8 @@ from masonry_opt.studies.run_columns import mechanism
     [*((1, mu, 0, 0.5) for mu in (0.5, 0.8, 1.0)), (4, 0.5, 0, 0.5), (4, 0.25, 0, 0.25), (4, 0.3, 0.05, 0.5)],
 )
 def test_utilisation_is_force_over_limit(width, friction, cohesion, load_factor):
-    """A block 2 high overturns at λ = w/2, or slides at λ = μ + c L / W: it uses λ / (μ + c L / W) of its
-    friction and λ h / w of its rocking."""
+    """A block 2 high overturns at λ = w/2, or slides at λ = μ + c L / W. The ratios of its shear and moment
+    to their limits are λ / (μ + c L / W) and λ h / w."""
     scene = block_on_floor(width, 2, friction).replace(cohesion=cohesion)
     result = mo.solve(scene, "static", solver="highs")
     assert result.load_factor == pytest.approx(load_factor)
@@ -51,19 +51,21 @@ def test_utilisation_is_force_over_limit(width, friction, cohesion, load_factor)
 
 
 def test_a_block_slides_or_turns_as_it_should():
-    """Associative: it slides to the right and opens by μ per unit slip; live load moves at rate 1."""
+    """Under associative flow, a wide block slides to the right and opens by μ times its slip. A narrow block
+    turns. The live load does work at the rate 1."""
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
     block, joint = result.blocks.iloc[0], result.joints.iloc[0]
     assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, 0], abs=1e-6)
     assert joint[["slip", "opening", "rotation"]].to_numpy(float) == pytest.approx([1, 0.5, 0], abs=1e-6)
     assert joint[["n", "s"]].to_numpy(float) == pytest.approx([1, -0.5], abs=1e-6)
     block = mo.solve(block_on_floor(1, 2, 0.8), "static").blocks.iloc[0]
-    # The centroid stands 1 above and 0.5 left of the toe: turning by -1 moves it (1, 0.5).
+    # The centroid is 1 above and 0.5 left of the toe, so a rotation of -1 moves it by (1, 0.5).
     assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, -1], abs=1e-6)
 
 
 def test_json_is_everything_a_result_says():
-    """Of a loop, some of whose joints carry nothing. (Counts, kinds, times: tests of the command line.)"""
+    """JSON contains the reasons, the solvers and the certificate of a result of the loop, but neither NaN nor
+    infinity. Some joints of this result carry no force."""
     result = mo.solve(two_blocks(), "nonassociative")
     text = result.to_json()
     assert "NaN" not in text
@@ -83,7 +85,8 @@ def test_required_is_the_load_factor_or_an_error_that_says_why():
 
 
 def test_a_corner_on_an_edge_does_not_rock():
-    """Its two points are one: however they share n, the joint carries no moment and is used as much."""
+    """The two contact points of such a joint coincide. However the normal force is divided between them, the
+    moment is zero and the utilisation is the same."""
     result = mo.solve(KINDS_OF_JOINTS["corner on an edge"], "static")
     assembly, solution = result.assembly, result.solution
     corners = assembly.joints.extent == 0
@@ -99,7 +102,8 @@ def test_a_corner_on_an_edge_does_not_rock():
 
 
 def side_by_side(*beyond):
-    """Blocks 3 wide, each on a ledge of its own, with their centroids so far beyond its edge."""
+    """Return blocks 3 wide, each on its own ledge. The arguments are the distances of their centroids beyond
+    the edges."""
     blocks = []
     for number, share in enumerate(beyond):
         x, name = 10 * number, "AB"[number]
@@ -110,20 +114,23 @@ def side_by_side(*beyond):
 
 @pytest.mark.parametrize("little", [0.0015, 0.003, 0.006, 0.02, 0.5])
 def test_words_name_the_blocks_that_the_summary_counts(little):
-    """The second block begins to fall the more slowly the less it overhangs: never in one line alone."""
+    """The message and the summary agree on the blocks that fall. The less the second block overhangs, the
+    more slowly it falls, and very slow blocks are left out of both."""
     result = mo.solve(side_by_side(1.0, little))
     names = values_of(result, Code.FALLS)["blocks"]
     assert values_of(result, Code.NO_FRICTION_HOLDS)["blocks"] == names
     counted = re.search(r"^falls +(\d+) of 2 blocks", result.summary, re.MULTILINE)
     assert int(counted[1]) == len(names)
     speeds = result.blocks.set_index("block")[["vx", "vy"]].abs().max(axis=1)
-    # Both turn about the edge of their ledge, so that corners are as much faster than centroids.
+    # Both blocks turn about the edge of their ledge, so that corners and centroids have the same ratio of
+    # speeds.
     assert names == (["A", "B"] if speeds["B"] > MOVES * speeds["A"] else ["A"])
 
 
 @pytest.mark.parametrize("seed", [911, 914, 917])
 def test_the_joints_that_more_friction_would_hold_are_those_that_slide_in_the_picture(seed):
-    """Seeds of which some joints slip as they come apart: friction has nothing to hold there."""
+    """In the scenes of these seeds, some joints slip while they separate. Friction cannot hold these joints,
+    and neither the message nor the picture names them."""
     result = mo.solve(random_scene("tessellation", seed), "static")
     slides = joint_motion(result.assembly, result.solution).slides
     named = result.joints.loc[slides, ["first", "second"]].to_numpy().tolist()
@@ -134,7 +141,8 @@ def test_the_joints_that_more_friction_would_hold_are_those_that_slide_in_the_pi
 
 @pytest.mark.parametrize(("share", "moves"), [(0.5, False), (2.0, True)])
 def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves):
-    """Side by side, one fast and one slow: each slides on its ledge by what it is given, by hand."""
+    """Two blocks slide on their ledges, one of them slowly, with velocities by hand. The slow joint counts as
+    sliding exactly if its block counts as moving."""
     result = mo.solve(side_by_side(0.0, 0.0), "static")
     slow = share * MOVES
     found = FinalState(d=np.array([1.0, 0, 0, slow, 0, 0]), slope=np.zeros(2))
@@ -147,7 +155,8 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e3])
 def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
-    """As is what is lower, by less. (The loop's state of wall 1 is 1e-3 above the default's.)"""
+    """Both `same` and the stricter `is_lower` are relative to sizes above 0.01. SAME is below 1e-3, because
+    the loop's state of wall 1 is 1e-3 above the default's."""
     unit = max(size, 0.01)
     near, far = (size + share * SAME * unit for share in (0.9, 1.1))
     assert SAME < 1e-3
@@ -159,12 +168,13 @@ def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
 
 @pytest.mark.parametrize("method", ["coulomb", "static", "nonassociative"])
 def test_a_state_has_one_certificate(method, watched):
-    """However often it is judged, compared and shown. (On small scenes several starts end in one state.)"""
+    """A state is certified once, however often it is judged, compared and shown. On smaller scenes, several
+    starts would lead to one state."""
     certified = watched(answer, "certify")
     result = mo.solve(WALLS[0], method)
     assert result.details
     assert result.to_json()
-    # By λ, forces, mechanism and flow rule.
+    # A state is identified by λ, forces, mechanism and flow rule.
     counts = Counter((load_factor, *map(bytes, state)) for _, load_factor, *state in certified)
     assert {*counts.values()} == {1}
 
@@ -176,7 +186,8 @@ def test_an_answer_cannot_be_changed():
 
 
 def test_an_associative_answer_is_judged_under_both_flow_rules():
-    """It opens by μ as it slides, which lifts the block: work that Coulomb joints do not do."""
+    """An associative answer is not exact under Coulomb friction: the joint opens by μ as it slides, so its
+    normal force does work."""
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
     found, problem = result.solution.answer, result.assembly.problem
     assert not found.failing(Kind.ASSOCIATIVE)

@@ -1,4 +1,4 @@
-"""Facts that a solution states in fields, beside the reasons that put them into words."""
+"""A solution stores facts in fields, and its reasons express the same facts in words."""
 
 from math import inf
 
